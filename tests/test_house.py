@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.results import RESULTS
 
 from .studies import base, two_loads, write_study
@@ -87,6 +88,19 @@ def test_the_floors_of_the_mechanics_rest_on_each_other():
         if height(needed) > height(module)
     }
     assert not above
+
+
+def test_a_contact_has_three_types_which_are_made_and_read_as_others():
+    """The setup, the case of a user and what is solved; what builds or reads them is plain."""
+    contacts, waiting = set(), [Setup]
+    while waiting:
+        contacts.add(contact := waiting.pop())
+        waiting += contact.__subclasses__()
+    assert {contact.__name__ for contact in contacts} == {"Setup", "Case", "WearProblem"}
+    for file in MODULES.values():
+        source = file.read_text(encoding="utf-8")
+        hidden = re.findall(r"vars\(\w+\)\.update|__getattribute__", source)
+        assert not hidden, f"{file}: {hidden}"
 
 
 @pytest.mark.slow

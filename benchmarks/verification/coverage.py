@@ -72,7 +72,7 @@ def cases(seed: int = SEED) -> Iterator[tuple[str, Case, Case]]:
 def truth_of(case: Case, longest: float = LONGEST) -> Case:
     """The case by which another one is judged, on wider cells if it would take longer, s."""
     true = case.replace(cell=[each / REFERENCE for each in case.grid_spacing])
-    if estimate(true).seconds > longest and not case.is_graded:
+    if estimate(true).seconds > longest and not case.cells.is_graded:
         return case.replace(cell=[2.0 * each for each in true.grid_spacing])
     return true
 

@@ -20,8 +20,8 @@ __version__ = "0.1.0"
 
 SOURCES = (
     *("mechanics", "theory", "quantity.py", "results.py", "variable.py"),
-    *("study/case.py", "study/contact.py", "study/cycles.py", "study/keys.py", "study/memory.py"),
-    *("study/spacing.py", "data/labels.py", "run/accuracy.py", "run/simulate.py"),
+    *("study/case.py", "study/cycles.py", "study/keys.py", "study/memory.py"),
+    *("study/discretisation.py", "data/labels.py", "run/accuracy.py", "run/simulate.py"),
 )
 """Sources that turn the parameters of a case into the numbers in its file.
 

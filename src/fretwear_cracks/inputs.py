@@ -107,7 +107,8 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
         reference=hertz.reference if isinstance(hertz, LineContact) else None,
         across=others[0] if across else None,
         coupling=setup.bodies.coupling,
-        is_directed=isinstance(setup.slip_model, Cerruti) and (rough or case.geometry is Grid),
+        is_directed=isinstance(setup.slip_model, Cerruti)
+        and (rough or case.cells.geometry is Grid),
         tilt=setup.tilt,
         ratio=others[-1] / setup.friction_law.coefficient if friction else 1.0,
     )

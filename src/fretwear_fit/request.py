@@ -35,8 +35,7 @@ from fretwear.quantity import (
     whole_number,
 )
 from fretwear.results import LOOP, OPTIONAL_SCALARS, SCALARS, Y
-from fretwear.study.case import Case
-from fretwear.study.contact import case_keys
+from fretwear.study.case import Case, case_keys
 from fretwear.study.cycles import MAX_CYCLES
 from fretwear.study.mistakes import Mistakes
 from fretwear.study.sections import StudySection
@@ -340,7 +339,8 @@ class Measurement(Part):
         try:
             if about:
                 value, error = _read_number(self.value, self.error, about)
-                vars(self).update(value=value, error=error)
+                object.__setattr__(self, "value", value)
+                object.__setattr__(self, "error", error)
             else:
                 assert self.readings is not None
         except QuantityError as cause:

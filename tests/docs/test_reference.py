@@ -21,7 +21,7 @@ from fretwear.results import (
     X,
     Y,
 )
-from fretwear.study.contact import case_keys
+from fretwear.study.case import case_keys
 from fretwear.study.materials import material_table
 from fretwear.study.parameters import parameter
 from fretwear.study.sections import study_schema

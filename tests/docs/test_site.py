@@ -12,7 +12,7 @@ pytest.importorskip("sphinx", reason="the extra docs is not installed")
 
 
 from fretwear.cli.program import app
-from fretwear.study.contact import case_keys
+from fretwear.study.case import case_keys
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 

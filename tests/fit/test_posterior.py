@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fretwear.study.contact import case_keys
+from fretwear.study.case import case_keys
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import AROUND, ENDS, SEARCH, Fitter
 from fretwear_fit.posterior import sampled

@@ -18,7 +18,7 @@ from fretwear.run.checkpoint import Checkpoint
 from fretwear.run.simulate import RunRecord, run
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import CaseWarning
-from fretwear.study.spacing import WIDEST
+from fretwear.study.discretisation import WIDEST
 
 from ..studies import near
 from .conftest import make_case

@@ -419,7 +419,7 @@ def test_errors_hold_what_friction_along_x_leaves_out(ratio):
     }
     apart = float(energies["cerruti"][0] / energies["coupled"][0]) - 1.0
     case = steel(**asked, slip_model="cerruti")
-    assert 0.85 * case.error_of_slip_model < apart < case.error_of_slip_model
+    assert 0.85 * case.cells.error_of_slip_model < apart < case.cells.error_of_slip_model
     told = simulate(case)
     for name in ("dissipated_energy", "wear_volume", "maximum_wear_depth"):
         assert (told[f"{name}_error"][-1] > apart * told[name][-1]).item()

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.study.case import Case, CaseError
 from fretwear.study.case_warnings import case_warnings
-from fretwear.study.spacing import rounded_down
+from fretwear.study.discretisation import rounded_down
 
 from ..studies import WAVES, near, refusal, steel
 

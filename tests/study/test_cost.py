@@ -15,10 +15,6 @@ from fretwear.run.simulate import ResultWarning, simulate, steps, wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.case_warnings import CaseWarning, case_warnings, study_warnings
 from fretwear.study.plan import estimate
-from fretwear.study.spacing import (
-    greatest_contact_radius,
-    zones_of_tip,
-)
 from fretwear.theory import HertzContact, LimitingState, LineContact, PartialSlip
 
 from .. import studies
@@ -35,17 +31,18 @@ def steel(**changes):
 
 def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
     smooth, soft = steel(), steel(plastic_limit=50e6)
-    assert greatest_contact_radius(soft) == near(math.sqrt(50 / (math.pi * 50e6)))
+    assert soft.cells.greatest_contact_radius == near(math.sqrt(50 / (math.pi * 50e6)))
     rough = steel(roughness={"amplitude": 2e-7, "slope_x": 0.1, "slope_y": 0.02})
-    assert greatest_contact_radius(rough) > greatest_contact_radius(smooth) > smooth.hertz_radius
-    short, long = (greatest_contact_radius(steel(cycles=cycles)) for cycles in (10, 10**6))
+    smallest = smooth.cells.greatest_contact_radius
+    assert rough.cells.greatest_contact_radius > smallest > smooth.hertz_radius
+    short, long = (steel(cycles=cycles).cells.greatest_contact_radius for cycles in (10, 10**6))
     assert short == near(smooth.hertz_radius, rel=0.01)
     limiting = LimitingState(HertzContact(1.0, 4 / 3, 1.0), 0.8)
     assert long == near(limiting.contact_radius * smooth.hertz_radius, rel=1e-6)
     worn, yielding = steel(cycles=30000), steel(cycles=30000, plastic_limit=4.5e9)
-    assert greatest_contact_radius(yielding) > 1.5 * greatest_contact_radius(worn)
+    assert yielding.cells.greatest_contact_radius > 1.5 * worn.cells.greatest_contact_radius
     held = yielding.replace(slip_model="cattaneo_mindlin")
-    assert greatest_contact_radius(held) == greatest_contact_radius(worn)
+    assert held.cells.greatest_contact_radius == worn.cells.greatest_contact_radius
     assert estimate(held).steps < 0.2 * estimate(yielding).steps
 
 
@@ -119,7 +116,7 @@ def test_the_tip_in_the_middle_touches_as_wide_as_hertz_says_of_its_share(slopes
     row = int(np.argmin(abs(window.y)))
     on_tip = abs(window.x - rough.finest[0] / 2) < rough.finest[0] / 4
     width = np.count_nonzero(state.pressure[on_tip, row]) * window.spacing[0]
-    expected = zones_of_tip(case)["contact of a tip"][0][0]
+    expected = case.cells.zones_of_tip["contact of a tip"][0][0]
     assert width == near(expected, rel=0.15)
 
 
@@ -128,12 +125,12 @@ def test_a_tip_as_far_from_the_next_as_the_contact_is_wide_carries_the_whole_loa
     case = steel(roughness={"amplitude": 2e-5, "slope_x": slope, "slope_y": slope})
     radius = 1.0 / (case.rough.tip.curvature_x + 1.0 / case.indenter.curvature_radius)
     tip = HertzContact(radius, case.hertz.load, case.composite_modulus)
-    width = zones_of_tip(case)["contact of a tip"][0]
+    width = case.cells.zones_of_tip["contact of a tip"][0]
     assert width == near((2.0 * tip.contact_radius,) * 2)
     line = steel(**WAVY_CYLINDER, roughness={"amplitude": 2e-5, "slope_x": slope, "slope_y": 0.0})
     radius = 1.0 / (line.rough.tip.curvature_x + 1.0 / line.indenter.curvature_radius)
     ridge = LineContact(radius, line.hertz.load, line.composite_modulus)
-    (width, _), _ = zones_of_tip(line)["contact of a tip"]
+    (width, _), _ = line.cells.zones_of_tip["contact of a tip"]
     assert width == near(2.0 * ridge.contact_radius)
 
 
@@ -143,7 +140,8 @@ def test_the_band_of_a_tip_that_yields_is_within_its_annulus_of_slip(ratio):
     slipping = 1.0 - (1.0 - ratio) ** (1 / 6)
     shares = []
     for limit in (2e9, 9e9):
-        zones = zones_of_tip(steel(roughness=WAVES, plastic_limit=limit, tangential_ratio=ratio))
+        case = steel(roughness=WAVES, plastic_limit=limit, tangential_ratio=ratio)
+        zones = case.cells.zones_of_tip
         (band, _), (widths, _) = zones["band that yields"], zones["contact of a tip"]
         along_x, along_y = (part / (0.5 * whole) for part, whole in zip(band, widths, strict=True))
         assert along_x == near(along_y)
@@ -184,9 +182,9 @@ LONG = {"amplitude": 1e-7, "slope_x": 1e-3, "slope_y": 1e-3}
 
 def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zone_to_nothing():
     soft, hard, elastic = (steel(plastic_limit=limit) for limit in (0.5e9, 4.5e9, math.inf))
-    assert hard.yielding_ring == LimitingState(hard.hertz, 0.8).width_above(4.5e9) > 0.0
-    assert soft.yielding_ring == soft.stick_radius
-    assert elastic.yielding_ring == 0.0
+    assert hard.cells.yielding_ring == LimitingState(hard.hertz, 0.8).width_above(4.5e9) > 0.0
+    assert soft.cells.yielding_ring == soft.stick_radius
+    assert elastic.cells.yielding_ring == 0.0
     assert not case_warnings(elastic)
 
 
@@ -205,7 +203,7 @@ def test_the_ring_is_as_wide_as_the_limiting_state_says_from_all_of_the_stick_zo
 )
 def test_rings_carry_a_default_contact_only_where_a_grid_would_miss_its_edges(changes, on_rings):
     case = studies.steel(**changes)
-    assert issubclass(case.geometry, Rings) == on_rings
+    assert issubclass(case.cells.geometry, Rings) == on_rings
     assert any("on rings" in warning.what for warning in case_warnings(case)) == on_rings
 
 
@@ -223,8 +221,8 @@ def test_a_slip_model_that_is_written_is_solved(changes):
     by_default, written = (
         studies.steel(**changes, **model) for model in ({}, {"slip_model": "cerruti"})
     )
-    assert (by_default.geometry, written.geometry) == (Rings, Grid)
-    solved = (by_default.solved_slip_model.kind, written.solved_slip_model.kind)
+    assert (by_default.cells.geometry, written.cells.geometry) == (Rings, Grid)
+    solved = (by_default.cells.solved_slip_model.kind, written.cells.solved_slip_model.kind)
     assert solved == ("jaeger", "cerruti")
     for case, kind in zip((by_default, written), solved, strict=True):
         assert case.scalar_coordinates()["slip_model"][0] == kind
@@ -238,7 +236,7 @@ def test_a_slip_model_that_is_written_is_solved(changes):
 def test_a_pulsating_load_refuses_a_slip_model_along_x():
     with pytest.raises(CaseError, match="with slip_model: jaeger"):
         studies.steel(pulsating_load=0.9, slip_model="cerruti")
-    assert studies.steel(pulsating_load=0.9, slip_model="jaeger").geometry is Rings
+    assert studies.steel(pulsating_load=0.9, slip_model="jaeger").cells.geometry is Rings
 
 
 @pytest.mark.slow

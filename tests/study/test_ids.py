@@ -32,7 +32,7 @@ def test_a_shipped_study_has_the_ids_that_it_always_had(name):
 
 
 NEW_KEYS = {
-    "study/contact.py": (
+    "study/case.py": (
         "    output_cycles: tuple[int, ...] = ()",
         """    humidity: Annotated[
         float, Quantity("1", "$h$", "humidity", like="0.4", ge=0.0, le=1.0), "Humidity."

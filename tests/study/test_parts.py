@@ -12,10 +12,11 @@ from pydantic.dataclasses import dataclass
 from fretwear.mechanics.slip.models import ReducedContact, SlipModel
 from fretwear.mechanics.surfaces.laws import PowerLaw, WearLaw
 from fretwear.mechanics.surfaces.roughness import Roughness
-from fretwear.quantity import Part, Quantity
+from fretwear.quantity import Part, Quantity, field_names
 from fretwear.run.simulate import simulate
 from fretwear.study.case import Case, CaseError
 from fretwear.study.parameters import parameter, symbol_text
+from fretwear.study.rules import RULES
 from fretwear.study.sections import study_schema
 from fretwear.units import in_unit
 
@@ -173,6 +174,25 @@ def test_every_example_is_another_case_with_other_coordinates():
         lambda case: str(sorted(case.scalar_coordinates().items())),
     ):
         assert len({*map(key, cases)}) == len(cases) - 1  # a force and its ratio are one
+
+
+@pytest.mark.slow
+def test_a_rule_reads_only_members_that_it_declares():
+    """It says the same of a contact without the others, though this has members of several."""
+    random, names, told = np.random.default_rng(4), sorted(field_names(Case)), 0
+    kept = [{name: getattr(case, name) for name in names} for case in examples()]
+    for _ in range(60):
+        one, *others = random.choice(kept, 8)
+        drawn = {
+            name: each[name] for each, name in zip(others, random.choice(names, 7), strict=True)
+        }
+        members = one | drawn
+        for rule in RULES:
+            declared = {n: member for n, member in members.items() if n in rule.members}
+            mistakes = [*rule.broken_by(Case(members))]
+            assert mistakes == [*rule.broken_by(Case(declared))], rule.check.__name__
+            told += len(mistakes)
+    assert told > 10
 
 
 def test_every_case_is_made_again_from_its_parameters_as_json():

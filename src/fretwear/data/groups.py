@@ -51,7 +51,7 @@ def without_text(dataset: xr.Dataset) -> xr.Dataset:
 
 def with_text(dataset: xr.Dataset) -> xr.Dataset:
     """Return a dataset that was read with the text coordinates that `without_text` replaced."""
-    from fretwear.study.contact import case_keys
+    from fretwear.study.case import case_keys
 
     attributes, texts = dict(dataset.attrs), dict[str, xr.Variable]()
     for name in attributes.pop(_TEXTS, "").split():

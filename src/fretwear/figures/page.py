@@ -32,7 +32,7 @@ from fretwear.figures.style import (
     styled,
 )
 from fretwear.results import RESULTS
-from fretwear.study.contact import case_keys
+from fretwear.study.case import case_keys
 from fretwear.study.keys import coordinate
 from fretwear.study.parameters import symbol_text
 from fretwear.units import MICROMETRE, cycle_text, in_unit, readable_unit

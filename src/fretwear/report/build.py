@@ -185,7 +185,8 @@ def _directions(plan: Plan) -> str:
 
     The slip on rings is the mean over all directions.
     """
-    error = max((case.error_of_directions(0.0) for case in plan.study.cases().values()), default=0)
+    cells = [case.cells for case in plan.study.cases().values()]
+    error = max((each.error_of_directions(0.0) for each in cells), default=0)
     if not error:
         return ""
     return (

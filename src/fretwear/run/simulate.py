@@ -276,9 +276,10 @@ def _run_on_cells(
     finished = replace(finished, errors=relative_errors(scalars, errors))
     if errors:
         errors |= late
-        of_directions = [case.error_of_directions(cycle) for cycle in case.output_cycles]
+        of_directions = [case.cells.error_of_directions(cycle) for cycle in case.output_cycles]
         for name in (name for name in errors if name.startswith(_OF_SLIP)):
-            errors[name] = np.hypot(errors[name], case.error_of_slip_model * np.abs(scalars[name]))
+            of_model = case.cells.error_of_slip_model * np.abs(scalars[name])
+            errors[name] = np.hypot(errors[name], of_model)
         errors["maximum_wear_depth"] += of_directions * scalars["maximum_wear_depth"]
     rounds = [*(record.rounds or wider), finished]
     return _Computed(case, workspace, rounds, scalars, errors, trouble)
@@ -381,10 +382,10 @@ def wear_problem(
     blocks[-1] = math.inf, blocks[-1][1]
     return WearProblem(
         **vars(blocks[0][1]),
-        slip_model=case.solved_slip_model,
+        slip_model=case.cells.solved_slip_model,
         spacing=case.grid_spacing,
         extent=(spread * x, spread * y),
-        geometry=geometry or case.geometry,
+        geometry=geometry or case.cells.geometry,
         coarseness=coarseness or case.coarseness,
         blocks=tuple(blocks) if len(blocks) > 1 else (),
     )

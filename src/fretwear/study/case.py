@@ -8,48 +8,61 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Iterable
-from dataclasses import MISSING, dataclass
+from collections.abc import Iterable, Iterator, Mapping, Set
+from dataclasses import MISSING, dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import islice
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 from pydantic import TypeAdapter
 
 from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.slip.models import Auto, SlipModel
+from fretwear.mechanics.surfaces.loading import Loading, SlidingDistance
+from fretwear.mechanics.surfaces.setup import Setup
+from fretwear.plugins import plugins
 from fretwear.quantity import (
+    AXES,
     Coordinates,
     Inline,
     MappingOf,
+    Parameter,
     PartOf,
+    Plain,
+    Quantity,
+    declared,
     derived,
+    field_names,
     inlined,
     json_text,
 )
 from fretwear.study.case_view import case_html, case_text
-from fretwear.study.contact import FrettingContact, case_keys, is_open, members
-from fretwear.study.cycles import Snapshots, snapshots_of
-from fretwear.study.keys import Keys, coordinate
-from fretwear.study.materials import MATERIAL
-from fretwear.study.mistakes import Mistake, Mistakes
-from fretwear.study.rules import findings
-from fretwear.study.short_forms import long_form
-from fretwear.study.spacing import (
+from fretwear.study.cycles import CYCLES, Block, Blocks, Snapshots, snapshots_of
+from fretwear.study.discretisation import (
     LARGEST_ROUNDING,
     LEAST_COARSENESS,
     LEAST_RATIO,
     RATIO_ON_GRID,
     STEPS_PER_ACCURACY,
     WIDEST,
-    default_spacing,
-    narrowest_cell,
-    usual_spacing,
+    Discretisation,
 )
+from fretwear.study.keys import Keys, coordinate
+from fretwear.study.materials import MATERIAL
+from fretwear.study.mistakes import Mistake, Mistakes
+from fretwear.study.rules import findings
+from fretwear.study.short_forms import long_form
+from fretwear.units import in_unit
 
-# What stands for members of which a default depends on the contact, among the coordinates.
-_SOLVED = {"cell": "grid_spacing", "slip_model": "solved_slip_model"}
+# Packages beside the core add kinds of parts.
+for _kinds in plugins("fretwear.parts").values():
+    _kinds.load()
+
+_USUAL_SLIP = Auto()
 _SNAPSHOTS = {"output_cycles": Snapshots}
-_OF_CELLS = "grid_spacing", "coarseness", "asked_accuracy"
+_IN_BLOCKS = "normal", "loading", "friction_law"
+
+Members = dict[str, Any]  # of a case, by name
 
 
 class CaseError(ValueError):
@@ -63,14 +76,8 @@ class CaseError(ValueError):
         return "\n".join(str(mistake) for mistake in self.mistakes)
 
 
-@lru_cache(2)
-def _form(keys: Keys) -> TypeAdapter[dict[str, Any]]:
-    """What reads the keywords of a case."""
-    return TypeAdapter(Annotated[dict[str, Any], MappingOf({**keys.types, **_SNAPSHOTS})])
-
-
 @dataclass(frozen=True, init=False, kw_only=True)
-class Case(FrettingContact):
+class Case(Setup):
     """One contact, one loading and one number of cycles, for `simulate`.
 
     Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  A case
@@ -96,31 +103,97 @@ class Case(FrettingContact):
     148.6
     """
 
-    def __init__(self, **parameters: object) -> None:
-        mistakes = Mistakes()
-        given = {name: value for name, value in parameters.items() if value is not None}
-        given = long_form(given, {})
-        form = _form(case_keys())
-        values = mistakes.read(form, given, lambda: inlined(form.json_schema()))
-        snapshots = values.pop("output_cycles", None)
-        values.pop(MATERIAL, None)
-        unread = case_keys().unread(given.keys() - {"output_cycles"}, values.keys())
-        case, found = Case.assembled(values, unread, snapshots)
-        if broken := [*mistakes, *found, *findings(case)]:
+    cycles: Annotated[int, CYCLES, "Number of load cycles."]
+    slip_model: Annotated[
+        SlipModel,
+        PartOf(SlipModel, "slip model", like="cerruti"),
+        "Model of slip; auto by default.",
+    ] = _USUAL_SLIP
+    cell: Annotated[
+        tuple[float, float] | None,
+        Quantity("m", "$Δ$", "grid spacing", "um", like="0.5 um", gt=0.0, places=AXES),
+        "Grid spacing along x and y; the default resolves contact and waves.",
+    ] = None
+    tolerance: Annotated[
+        float,
+        Quantity("1", "tolerance", "tolerance", like="0.01", gt=1e-6, le=0.1),
+        "Relative error of the wear integration.",
+    ] = 0.01
+    blocks: Annotated[
+        tuple[Block, ...],
+        Blocks(
+            "blocks",
+            "blocks of loading",
+            "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]",
+        ),
+        "Successive blocks of loading, instead of cycles. Each has its cycles and may change load, "
+        "displacement or force, and friction; base may omit parameters of the first block.",
+    ] = ()
+    error_estimate: Annotated[
+        bool,
+        Plain("", "estimate of errors", "false"),
+        "Whether a run on wider cells estimates the error of every result.",
+    ] = True
+    accuracy: Annotated[
+        float,
+        Quantity(
+            "1",
+            "accuracy",
+            "accuracy",
+            like="0.02",
+            ge=0.001,
+            le=0.2,
+            infinite="as on default cells",
+        ),
+        "Largest relative error of wear, contact, stick zone and energy, reached by runs on ever "
+        "narrower cells; none: default cells. A given cell takes precedence.",
+    ] = 0.02
+    budget: Annotated[
+        float | None,
+        Quantity("1", "budget", "budget", like="10", ge=1.0, le=1000.0),
+        "Largest work to reach the accuracy, over the work on default cells; 10 by default.",
+    ] = None
+    output_cycles: tuple[int, ...] = ()
+
+    def __init__(self, members: Members | None = None, /, **parameters: object) -> None:
+        """Take parameters, or members already read, which are not checked against each other."""
+        broken: list[Mistake] | None = None
+        if members is None:
+            members, unread, broken = _read(parameters)
+        values = {**members}
+        # Fields of parts that are keys are attributes too, if none of their name follows from all.
+        for name, about in case_members().items():
+            part: Any = members.get(name)
+            if is_open(about, part):
+                fields = (field for field in part.parameters() if not hasattr(Case, field))
+                values |= {field: vars(part)[field] for field in fields}
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+        if broken is not None and (broken := [*broken, *self.mistakes(unread)]):
             raise CaseError(broken)
-        vars(self).update(vars(case))
+
+    def mistakes(self, unread: Set[str] = frozenset()) -> list[Mistake]:
+        """The rules that it breaks; those that read one of some unread members are not tried."""
+        has_blocks = self.blocks and not unread & {"blocks", "cycles", *_IN_BLOCKS}
+        blocks = [block for _, block in self.in_blocks()] if has_blocks else []
+        return findings(self, unread, blocks)
 
     def __repr__(self) -> str:
-        return case_text(self.case_id, self.scalar_coordinates())
+        return case_text(self.case_id, self._worded)
 
     def _repr_html_(self) -> str:
         half_width, _ = self.indenter.half_widths(self.hertz)
-        return case_html(self.case_id, self.scalar_coordinates(), self.indenter, half_width)
+        return case_html(self.case_id, self._worded, self.indenter, half_width)
+
+    def changed(self, **members: object) -> Case:
+        """The case with other members, not checked against each other."""
+        own = {name: vars(self)[name] for name in field_names(Case) if name in vars(self)}
+        return Case({**own, **members})
 
     def replace(self, **changes: object) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""
         kept: dict[str, object] = {}
-        for member, about in members().items():
+        for member, about in case_members().items():
             value = getattr(self, member)
             open_ = is_open(about, value)
             kept |= {n: vars(value)[n] for n in value.parameters()} if open_ else {member: value}
@@ -138,16 +211,21 @@ class Case(FrettingContact):
     # The cells.
 
     @cached_property
+    def cells(self) -> Discretisation:
+        """The cells that suit it."""
+        return Discretisation(self, self.slip_model, self.cycles, self.force_is_held)
+
+    @cached_property
     def grid_spacing(self) -> tuple[float, float]:
-        """(dx, dy) in m: `cell` or, if it is None, the default of `fretwear.study.spacing`."""
-        return self.cell or default_spacing(self)
+        """(dx, dy) in m: `cell` or, if it is None, the default of its `cells`."""
+        return self.cell or self.cells.default_spacing
 
     @cached_property
     def coarseness(self) -> float:
         """Width of graded rings or strips over the usual one: 1, or less with a finer `cell`."""
-        if self.cell is None or not self.is_graded:
+        if self.cell is None or not self.cells.is_graded:
             return 1.0
-        (dx, dy), (usual_x, usual_y) = self.cell, usual_spacing(self)
+        (dx, dy), (usual_x, usual_y) = self.cell, self.cells.usual_spacing
         ratio = min(dx / usual_x, dy / usual_y)
         # The default is rounded down, and means the same if it is written.
         return 1.0 if LARGEST_ROUNDING * ratio > 1.0 - 1e-9 else max(LEAST_COARSENESS, ratio)
@@ -155,8 +233,8 @@ class Case(FrettingContact):
     @property
     def width_at_edges(self) -> float:
         """Width of the cells where contact and stick zone end, m."""
-        if self.is_graded:
-            return self.coarseness * narrowest_cell(self)
+        if self.cells.is_graded:
+            return self.coarseness * self.cells.narrowest_cell
         return math.sqrt(math.prod(self.grid_spacing))
 
     @cached_property
@@ -167,7 +245,7 @@ class Case(FrettingContact):
     @property
     def has_equal_cells(self) -> bool:
         """Whether the contact is computed on equal cells, at one place."""
-        return self.geometry is Grid and not self.loading.stroke
+        return self.cells.geometry is Grid and not self.loading.stroke
 
     @property
     def first_width(self) -> float:
@@ -202,7 +280,7 @@ class Case(FrettingContact):
             return wider
         if self.tolerance != Case.tolerance:
             return self.tolerance
-        if self.geometry is not Grid or self.loading.stroke:
+        if self.cells.geometry is not Grid or self.loading.stroke:
             return wider
         enough = min(STEPS_PER_ACCURACY * self.asked_accuracy, WIDEST**2 * self.tolerance)
         return max(wider, enough)
@@ -212,21 +290,46 @@ class Case(FrettingContact):
 
         Rings and strips are written on the default cells, at least, where an accuracy is asked for.
         """
-        is_apart = self.is_graded and self.asked_accuracy is not None
+        is_apart = self.cells.is_graded and self.asked_accuracy is not None
         return min(times, 1.0) if is_apart else times
 
-    def on_cells(self, times: float) -> Self:
+    def on_cells(self, times: float) -> Case:
         """The case on cells some times wider, with the tolerance that belongs to them."""
         tolerance = self.tolerance_on(times)
         if times == 1.0 and tolerance == self.tolerance:
             return self
         dx, dy = self.grid_spacing
         wider = self.times_written(times)
-        case = self.changed(cell=(wider * dx, wider * dy), tolerance=tolerance)
-        # Only these, among all that a case keeps, follow from cell and tolerance.
-        kept = {n: value for n, value in vars(self).items() if n not in _OF_CELLS}
-        vars(case).update({**kept, **vars(case), "accuracy": self.accuracy})
-        return case
+        return self.changed(cell=(wider * dx, wider * dy), tolerance=tolerance)
+
+    @cached_property
+    def plain_loading(self) -> Loading:
+        """The loading along x in SI units, however it was given."""
+        if self.blocks or (self.loading.is_force and not self.force_is_held):
+            return self.loading
+        return self.loading.plain(*self._unworn)
+
+    @cached_property
+    def force_is_held(self) -> bool:
+        """Whether P and Q stay as they are, and Q/(µP) with them."""
+        constant = self.at(self.cycles) is self and not self.blocks
+        return constant and self.normal.holds_load and self.loading.is_force
+
+    # Blocks of loading.
+
+    def in_blocks(self) -> Iterator[tuple[float, Case | None]]:
+        """Each block as a case (None if it is not valid), with the cycle at which it ends."""
+        end = 0
+        for block in self.blocks or (Block(cycles=self.cycles),):
+            end += block.cycles
+            changed: dict[str, object] = {"blocks": ()}
+            for member in _IN_BLOCKS:
+                about = case_members()[member]
+                assert isinstance(about, Inline)
+                keys = about.keys
+                if given := {name: value for name, value in block.values.items() if name in keys}:
+                    changed[member] = about.changed(getattr(self, member), given)
+            yield end, None if None in changed.values() else self.changed(**changed)
 
     # What identifies a case.
 
@@ -240,7 +343,7 @@ class Case(FrettingContact):
         """
         canonical: dict[str, object] = {}
         for name, value in self._identifying_members().items():
-            about = members()[name]
+            about = case_members()[name]
             if is_open(about, value):
                 canonical |= value.canonical()
             elif value is not None and value != ():
@@ -250,7 +353,7 @@ class Case(FrettingContact):
 
     def _identifying_members(self) -> dict[str, Any]:
         """The members in the one form that all cases of the same physics share."""
-        values: dict[str, Any] = {name: getattr(self, name) for name in members()}
+        values: dict[str, Any] = {name: getattr(self, name) for name in case_members()}
         values |= {"loading": self.plain_loading, "cell": None}
         if self.asked_accuracy is None:
             values |= {"cell": self.grid_spacing, "accuracy": Case.accuracy}
@@ -290,24 +393,37 @@ class Case(FrettingContact):
         An elastic case has a `plastic_limit` of inf, a smooth one zero amplitude and slopes.
         Materials that differ appear as ``youngs_modulus_1``, ``youngs_modulus_2``.
         """
-        found = {}
+        return {
+            coordinate(name): (value, "" if isinstance(value, str) else about.si_unit, about.words)
+            for name, value, about in self._declared_coordinates()
+        }
+
+    @property
+    def _worded(self) -> dict[str, str]:
+        """The values of the coordinates in readable units, by their words."""
+        return {
+            about.words: about.text(in_unit(value, about.si_unit))
+            for _, value, about in self._declared_coordinates()
+        }
+
+    def _declared_coordinates(self) -> Iterator[tuple[str, Any, Parameter]]:
         for name, value in self._coordinates():
             about = case_keys().coordinate(name).in_frame(self.frame)
-            words = about.words
             if name in derived(Case):
-                words = words.replace("radius", self.frame.extent)
-            found[coordinate(name)] = value, "" if isinstance(value, str) else about.si_unit, words
-        return found
+                about = about.renamed(about.words.replace("radius", self.frame.extent))
+            yield name, value, about
 
     def _coordinates(self) -> Coordinates:
         following = dict(derived(Case))
+        # What stands for members of which a default depends on the contact.
+        solved = {"cell": self.grid_spacing, "slip_model": self.cells.solved_slip_model}
         # These are results if the other quantity of the loading is given.
         if not self.force_is_held:
             del following["tangential_ratio"], following["tangential_load"]
         if self.loading.is_force or self.loading.stroke:
             del following["displacement_amplitude"], following["displacement_ratio"]
-        for member, about in members().items():
-            value: Any = getattr(self, _SOLVED.get(member, member))
+        for member, about in case_members().items():
+            value: Any = solved.get(member, getattr(self, member))
             if isinstance(about, Inline):
                 for name, one in {**about.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):
@@ -321,3 +437,72 @@ class Case(FrettingContact):
             # Only Hertzian contacts have quantities named after Hertz.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
                 yield from quantity.coordinates(name, getattr(self, name))
+
+
+@lru_cache(2)
+def _form(keys: Keys) -> TypeAdapter[dict[str, Any]]:
+    """What reads the keywords of a case."""
+    return TypeAdapter(Annotated[dict[str, Any], MappingOf({**keys.types, **_SNAPSHOTS})])
+
+
+def _read(parameters: Mapping[str, object]) -> tuple[Members, Set[str], Mistakes]:
+    """Read the keywords of a case; otherwise as `assembled`."""
+    mistakes, keys = Mistakes(), case_keys()
+    given = {name: value for name, value in parameters.items() if value is not None}
+    given = long_form(given, {})
+    form = _form(keys)
+    values = mistakes.read(form, given, lambda: inlined(form.json_schema()))
+    snapshots = values.pop("output_cycles", None)
+    values.pop(MATERIAL, None)
+    unread = keys.unread(given.keys() - {"output_cycles"}, values.keys())
+    members, lacking, found = assembled(values, unread, snapshots)
+    mistakes += found
+    return members, lacking, mistakes
+
+
+def assembled(
+    values: Mapping[str, Any], unread: Set[str], snapshots: tuple[int, ...] | None
+) -> tuple[Members, Set[str], Mistakes]:
+    """Return the members of a case by the values of keys, and those that are not known.
+
+    The mistakes are what is missing or too much. The number of cycles follows from the blocks, and
+    the snapshots from both.
+    """
+    mistakes, keys = Mistakes(), case_keys()
+    members: Members = {
+        **keys.members_of(values, unread, mistakes),
+        "output_cycles": snapshots,
+    }
+    if blocks := members.get("blocks"):
+        members["cycles"] = sum(block.cycles for block in blocks)
+    estimated = members.get("error_estimate", True) or "accuracy" in members
+    if members.get("cell") is not None or not estimated:
+        members["accuracy"] = math.inf
+    if cycles := members.get("cycles"):
+        if isinstance(loading := members.get("loading"), SlidingDistance):
+            members["loading"] = replace(loading, parts=cycles)
+        members["output_cycles"] = snapshots_of(snapshots, cycles)
+    return members, keys.lacking(members, unread), mistakes
+
+
+def case_members() -> Mapping[str, Parameter]:
+    """Return the fields of a case, except the snapshots, with their declarations."""
+    return declared(Case)
+
+
+def case_keys() -> Keys:
+    """Return the keys of a case with the kinds that there are."""
+    families = (about.family for about in case_members().values() if isinstance(about, PartOf))
+    return _keys(tuple(tuple(family.kinds().items()) for family in families))
+
+
+@lru_cache(2)
+def _keys(_: tuple[tuple[tuple[str, type], ...], ...]) -> Keys:
+    return Keys(Case)
+
+
+def is_open(about: Parameter, value: object) -> bool:
+    """Whether the fields of a part are keys of the case."""
+    if isinstance(about, Inline):
+        return value is not None
+    return isinstance(about, PartOf) and getattr(value, "kind", "") == about.short != ""

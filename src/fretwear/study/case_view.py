@@ -8,43 +8,28 @@ from html import escape
 import numpy as np
 
 from fretwear.mechanics.surfaces.indenters import Indenter
-from fretwear.study.parameters import value_text
-from fretwear.units import in_unit
-
-CaseCoordinates = Mapping[str, tuple[float | str, str, str]]
-"""Value, SI unit and words of parameters by name, of `Case.scalar_coordinates`."""
 
 _WIDTH, _HEIGHT, _SURFACE = 240, 150, 110  # of the sketch; ordinate of the flat
 _LINE = 'fill="none" stroke="currentColor"'
 _ARROW = "M0 0 l-4 -8 h8 z"
 
 
-def case_text(case_id: str, parameters: CaseCoordinates) -> str:
-    """Return the id and the parameters of a case, one a line."""
-    rows = _in_words(parameters)
+def case_text(case_id: str, rows: Mapping[str, str]) -> str:
+    """Return the id and the parameters of a case in words, one a line."""
     width = max(map(len, rows))
     lines = (f"  {words:<{width}}  {value}" for words, value in rows.items())
     return "\n".join([f"<Case {case_id}>", *lines])
 
 
-def case_html(
-    case_id: str, parameters: CaseCoordinates, indenter: Indenter, half_width: float
-) -> str:
+def case_html(case_id: str, rows: Mapping[str, str], indenter: Indenter, half_width: float) -> str:
     """Return a table of parameters beside a sketch of the unworn contact, half-width in m."""
-    rows = "".join(
+    cells = "".join(
         f'<tr><td style="text-align:left">{escape(words)}</td>'
         f'<td style="text-align:left">{escape(value)}</td></tr>'
-        for words, value in _in_words(parameters).items()
+        for words, value in rows.items()
     )
-    table = f"<table><caption><code>{escape(case_id)}</code></caption>{rows}</table>"
+    table = f"<table><caption><code>{escape(case_id)}</code></caption>{cells}</table>"
     return f'<div style="display:flex;gap:2em">{table}{_sketch(indenter, half_width)}</div>'
-
-
-def _in_words(parameters: CaseCoordinates) -> dict[str, str]:
-    return {
-        words: value_text(name, in_unit(value, unit))
-        for name, (value, unit, words) in parameters.items()
-    }
 
 
 def _sketch(indenter: Indenter, half_width: float) -> str:

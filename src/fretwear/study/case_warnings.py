@@ -10,7 +10,6 @@ from dataclasses import dataclass, replace
 from fretwear.mechanics.surfaces.loading import Displacement
 from fretwear.study.case import Case
 from fretwear.study.mistakes import few_of
-from fretwear.study.spacing import zones_of_tip
 from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 
 _NAMED = 3  # most results that a warning names
@@ -134,7 +133,7 @@ def case_warnings(
     words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
     if unreached is not None:
         warnings.append(unreached)
-    elif error > LARGE_ERROR + case.error_of_directions(0.0) and not (
+    elif error > LARGE_ERROR + case.cells.error_of_directions(0.0) and not (
         measured or case.asked_accuracy
     ):
         what = f"is computed so coarsely that estimated errors exceed {100 * LARGE_ERROR:g} %"
@@ -150,15 +149,16 @@ def _lengths(**lengths: float) -> str:
 
 def _of_band(case: Case) -> _Words:
     """Cells show the band that yields at the edge of stick, once wear has brought it there."""
-    cell, ring, follows = case.width_at_edges, case.yielding_ring, case.slip_model.follows_shape
-    if 0.0 < ring < cell and case.edge_yields and follows and not zones_of_tip(case):
+    cell, cells = case.width_at_edges, case.cells
+    follows, ring = case.slip_model.follows_shape, cells.yielding_ring
+    if 0.0 < ring < cell and cells.edge_yields and follows and not cells.zones_of_tip:
         what = "yields in a ring narrower than a cell, so plastic volume and wear are less accurate"
         yield what, _lengths(ring=ring, cell=cell)
 
 
 def _of_slip(case: Case) -> _Words:
     """Each point is assumed to stay opposite the same point of the other body, and κ one number."""
-    if error := case.error_of_directions(0.0):
+    if error := case.cells.error_of_directions(0.0):
         what = "is computed on rings, where slip is the same in all directions, so that the deepest"
         remedy = "" if case.normal.pulsating_load < 1.0 else "write slip_model: cerruti"
         yield f"{what} wear is too small", f"by up to {100.0 * error:.0f} %, most at first", remedy

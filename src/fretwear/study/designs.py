@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 from pydantic.dataclasses import dataclass
 
 from fretwear.quantity import Part, adapter, whole_number
-from fretwear.study.contact import case_keys
+from fretwear.study.case import case_keys
 from fretwear.study.keys import Range, coordinate
 from fretwear.study.mistakes import Mistakes, in_words
 from fretwear.units import BY_SI_UNIT, format_quantity

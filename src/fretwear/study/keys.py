@@ -195,11 +195,9 @@ class Keys:
         meant = {name for name in meant if not self.replaced_by(name) & given}
         return (given & self._own.keys() | meant) - known
 
-    def unknown(self, members: Mapping[str, object], unread: Set[str]) -> set[str]:
-        """Return the attributes of a case that follow from values that are not known."""
-        needed = required(self.owner) - ({"cycles"} if members.get("blocks") else set())
-        lacking = (needed - members.keys()) | {self.member_of(name) for name in unread}
-        return {name for member in lacking for name in (member, *self.open_keys.get(member, ()))}
+    def lacking(self, members: Mapping[str, object], unread: Set[str]) -> Set[str]:
+        """Return the members of a case that are missing, or whose values are not known."""
+        return (required(self.owner) - members.keys()) | {self.member_of(name) for name in unread}
 
     def _missing(self, name: str, mistakes: Mistakes) -> None:
         hint = f"such as {name}: {self[name].about.example}"

@@ -9,7 +9,7 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.study.case import Case
-from fretwear.study.spacing import LEAST_COARSENESS, greatest_contact_radius
+from fretwear.study.discretisation import LEAST_COARSENESS
 
 WINDOW_MARGIN = 1.15
 # Fitted to runs: memory holds within half.
@@ -42,15 +42,15 @@ def window(case: Case, width: float) -> Window:
     The window ends a little outside the largest contact of the run, plus the reach of the
     roughness. Graded rings and strips become narrower or wider in proportion.
     """
-    geometry, stroke = case.geometry, case.loading.stroke
+    geometry, stroke = case.cells.geometry, case.loading.stroke
     dx, dy = (case.times_written(width) * spacing for spacing in case.grid_spacing)
     sides_x, sides_y = (2 - is_even for is_even in case.even)
-    wider = WINDOW_MARGIN * greatest_contact_radius(case) / case.hertz_radius
+    wider = WINDOW_MARGIN * case.cells.greatest_contact_radius / case.hertz_radius
     reach_x, reach_y = (wider * half for half in case.indenter.half_widths(case.hertz))
     cells_x = sides_x * math.ceil(reach_x / dx)
     cells_y = 1 if geometry in (Strips, Row) else sides_y * math.ceil(reach_y / dy)
     if stroke and geometry is Grid:
-        cells_y = math.ceil(WINDOW_MARGIN * case.scar_half_width / dy)
+        cells_y = math.ceil(WINDOW_MARGIN * case.cells.scar_half_width / dy)
     places, matrix = 1.0, 0.0
     if case.loading.travel > case.small_stroke:
         of_ends = min(stroke / dx, 12.0) if geometry in (Strips, Row) else 4.0
@@ -59,7 +59,7 @@ def window(case: Case, width: float) -> Window:
         # Strips over a stroke, and rough and uneven ones, have matrices and equal widths.
         matrix = cells_x if stroke or case.rough is not None or geometry is Row else 0
     elif stroke and geometry is Grid:
-        matrix = 0.5 * math.pi * case.scar_half_width**2 / (dx * dy)
+        matrix = 0.5 * math.pi * case.cells.scar_half_width**2 / (dx * dy)
     unworn = sides_x * sides_y * (WINDOW_MARGIN * case.hertz_radius) ** 2 / (dx * dy)
     return Window(cells_x, cells_y, unworn, places, matrix)
 
@@ -67,12 +67,12 @@ def window(case: Case, width: float) -> Window:
 def memory_of(case: Case, width: float) -> int:
     """Return the memory, bytes, of a run on cells that are `width` times as wide as the case's."""
     cells = window(case, width)
-    memory = 0 if issubclass(case.geometry, Rings) else MEMORY_PER_CELL * cells.cells
-    if case.loading.stroke and case.geometry is Grid:
+    memory = 0 if issubclass(case.cells.geometry, Rings) else MEMORY_PER_CELL * cells.cells
+    if case.loading.stroke and case.cells.geometry is Grid:
         memory = 8 * int(cells.places * cells.matrix**2 + 6 * cells.cells * cells.y)
     elif not case.loading.stroke:
         memory += MEMORY_PER_SQUARED_STRIP * int(cells.matrix) ** 2
-    if case.is_graded:
+    if case.cells.is_graded:
         memory += int(max((width * case.coarseness) ** -2 - 1.0, 0.0) * MEMORY_OF_GRADED)
     written = cells.cells * len(case.output_cycles)
     return MEMORY_TO_START + memory + MEMORY_PER_CELL_OF_SNAPSHOT * written

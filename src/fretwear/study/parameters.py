@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fretwear.quantity import Parameter
-from fretwear.study.contact import case_keys
+from fretwear.study.case import case_keys
 from fretwear.study.keys import coordinate as coordinate
 
 

@@ -14,7 +14,6 @@ from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
 from fretwear.study.memory import MEMORY_TO_START, memory_of, window
-from fretwear.study.spacing import stick_shrinks
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, size_text
 
@@ -70,7 +69,7 @@ def estimate(case: Case) -> Estimate:
 
 def _run(case: Case, width: float) -> Estimate:
     """The cost of a run on cells that are `width` times as wide as the case's."""
-    geometry, stroke, cells = case.geometry, case.loading.stroke, window(case, width)
+    geometry, stroke, cells = case.cells.geometry, case.loading.stroke, window(case, width)
     if issubclass(geometry, Rings):
         of_step = SECONDS_ON_RINGS
     elif stroke and geometry is Strips:
@@ -88,10 +87,10 @@ def _run(case: Case, width: float) -> Estimate:
             of_step *= TIMES_COUPLED
     if case.normal.pulsating_load < 1.0 and not stroke:
         of_step *= TIMES_PULSATING
-    if case.is_graded:
+    if case.cells.is_graded:
         of_step *= (width * case.coarseness) ** -POWER_OF_NARROW_RINGS
     steps, written = _steps(case, case.tolerance_on(width)), cells.cells * len(case.output_cycles)
-    if stick_shrinks(case):
+    if case.cells.stick_shrinks:
         of_step *= TIMES_YIELDING
     return Estimate(
         cells.x,
@@ -113,10 +112,10 @@ def _steps(case: Case, tolerance: float) -> float:
     """
     worn, snapshots = case.cycles * case.wear_growth, len(case.output_cycles)
     root = math.sqrt(math.log2(1.0 + worn * case.hertz_pressure) * min(case.tangential_ratio, 1.0))
-    finer = (TIGHTER_ON_RINGS if issubclass(case.geometry, Rings) else 1.0) * 0.01 / tolerance
+    finer = (TIGHTER_ON_RINGS if issubclass(case.cells.geometry, Rings) else 1.0) * 0.01 / tolerance
     elastic = STEPS_PER_ROOT_OF_SLIP_AND_WEAR * root * finer**0.18
     elastic += STEPS_PER_SNAPSHOT * min(root, 1.0) * max(snapshots - 2, 0)
-    times = worn * case.slip_limit if stick_shrinks(case) else 0.0
+    times = worn * case.slip_limit if case.cells.stick_shrinks else 0.0
     # The shorter of both kinds of step is taken.
     yielding = STEPS_PER_YIELDING_TIME * times * finer**0.5
     return math.hypot(max(elastic, snapshots - 1), yielding)

@@ -9,12 +9,10 @@ from itertools import chain
 from operator import attrgetter
 from pathlib import Path
 
-from fretwear.study.case import Case
-from fretwear.study.contact import case_keys
+from fretwear.study.case import Case, case_keys
 from fretwear.study.designs import Axis, axes_of
 from fretwear.study.materials import MATERIAL
 from fretwear.study.mistakes import Mistake, Mistakes, StudyError, few_of, nearest_key
-from fretwear.study.rules import findings
 from fretwear.study.sections import study_form, study_schema, study_sections
 from fretwear.study.short_forms import long_form
 from fretwear.study.study import Point, Study, as_mapping
@@ -199,8 +197,7 @@ def _try_points(study: Study, mistakes: Mistakes, skip: bool) -> None:
     """
     broken: dict[tuple[str, str], list[tuple[Mistake, str]]] = {}
     for point in study.points():
-        case, found = point.unchecked
-        wrong = [*found, *findings(case)]
+        wrong = point.mistakes
         if wrong and skip and study.axes:
             study.invalid[point.index] = wrong[0].sentence
         elif wrong:

@@ -1,23 +1,30 @@
 """Rules on several parameters of a case at once, by subject; each yields what breaks it.
 
-Each parameter is valid by itself when they are checked; all broken rules are reported at once.
+Each parameter is valid by itself when they are checked; all broken rules are reported at once. A
+rule declares the members of a case that it reads, and is not tried if one of them could not be read
+or is refused by itself.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Iterator, Sequence, Set
+from dataclasses import dataclass
+from inspect import signature
 
-from fretwear.mechanics.slip.models import Jaeger
+from fretwear.mechanics.slip.models import Jaeger, SlipModel
 from fretwear.mechanics.surfaces.loading import (
     Displacement,
     DisplacementRatio,
+    Loading,
     SlidingDistance,
     TangentialLoad,
     TangentialRatio,
 )
-from fretwear.study.contact import FrettingContact, UnknownValueError
+from fretwear.mechanics.surfaces.materials import Friction
+from fretwear.mechanics.surfaces.pressing import Imposed
+from fretwear.mechanics.surfaces.setup import Setup
+from fretwear.study.discretisation import Discretisation
 from fretwear.study.mistakes import Mistake
 from fretwear.units import (
     BY_SI_UNIT,
@@ -35,30 +42,66 @@ GREATEST_CONTACT = 0.2
 # wide, slip is lost in the rounding of the displacements.
 LEAST_LOAD_RATIO = 1e-4
 MOST_STROKE = 20.0  # largest sliding amplitude computed, over the Hertz half-width
+_GROSS_SLIP = "for gross slip write sliding_amplitude"
 
-Rules = Callable[[FrettingContact], Iterator[Mistake]]
+_Check = Callable[..., Iterator[Mistake]]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule of every contact, and of each block of one."""
+
+    check: _Check  #: yields what breaks it
+    arguments: tuple[str, ...]  #: attributes of the case, or ``setup`` for the case itself
+    members: frozenset[str]  #: what it reads
+
+    def broken_by(self, case: Setup) -> Iterator[Mistake]:
+        """Yield the mistakes of a case."""
+        values = (case if name == "setup" else getattr(case, name) for name in self.arguments)
+        yield from self.check(*values)
+
+
+RULES: list[Rule] = []
+
+
+def rule(*members: str) -> Callable[[_Check], _Check]:
+    """Register a rule on members of a setup; arguments beside ``setup`` are members too."""
+
+    def registered(check: _Check) -> _Check:
+        arguments = tuple(signature(check).parameters)
+        RULES.append(Rule(check, arguments, frozenset({*members, *arguments} - {"setup", "cells"})))
+        return check
+
+    return registered
+
+
+_HERTZ = "indenter", "bodies", "normal"
+_UNWORN = *_HERTZ, "loading", "friction_law"
+# What the cells of a case follow.
+_CELLS = *_UNWORN, "wear_law", "slip_model", "cycles", "blocks", "frequency", "debris_fraction"
+_SURFACES = "indenter", "roughness", "counterface"
 
 
 def _length(value: float, digits: int = 3) -> str:
     return format_quantity(value, LENGTH, digits)
 
 
-def _units_of_loads(case: FrettingContact) -> Iterator[Mistake]:
+def _of_other_units(setup: Setup, part: Imposed) -> Iterator[Mistake]:
     """Line contacts carry forces per length."""
-    load = BY_SI_UNIT[case.frame.unit(FORCE.si_unit)]
-    for part in (case.normal, case.loading):
-        for name, about in part.parameters().items():
-            value, unit = vars(part)[name], about.in_frame(case.frame).si_unit
-            if isinstance(value, FloatWithUnit) and value.si_unit != unit:
-                given = BY_SI_UNIT[value.si_unit].name
-                rule = f"is {given}, but the load of this {case.indenter.kind} is {load.name}"
-                yield Mistake(name, about.text(value), rule, f"such as {name}: {load.example}")
+    load = BY_SI_UNIT[setup.frame.unit(FORCE.si_unit)]
+    for name, about in part.parameters().items():
+        value, unit = vars(part)[name], about.in_frame(setup.frame).si_unit
+        if isinstance(value, FloatWithUnit) and value.si_unit != unit:
+            given = BY_SI_UNIT[value.si_unit].name
+            rule = f"is {given}, but the load of this {setup.indenter.kind} is {load.name}"
+            yield Mistake(name, about.text(value), rule, f"such as {name}: {load.example}")
 
 
-def _of_theory(case: FrettingContact) -> Iterator[Mistake]:
+@rule("indenter", "normal", "loading")
+def _of_theory(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
     """What closed forms of the unworn contact do not know cannot be given."""
-    normal, loading, kind, model = case.normal, case.loading, case.indenter.kind, case.slip_model
-    is_closed, is_line = case.indenter.has_closed_form, not case.frame.has_depth
+    normal, loading, kind = setup.normal, setup.loading, setup.indenter.kind
+    is_closed, is_line = setup.indenter.has_closed_form, not setup.frame.has_depth
     if not normal.holds_load and (is_line or not is_closed):
         # The approach of a line contact depends on the choice of a reference.
         yield Mistake(normal.kind, None, f"cannot be given for a {kind}", "write load")
@@ -74,71 +117,86 @@ def _of_theory(case: FrettingContact) -> Iterator[Mistake]:
         elif is_line and not loading.tangential_compliance:
             rule = f"needs tangential_compliance for a {kind}: it depends on the size of the body"
             yield Mistake(loading.kind, None, rule)
-    if model.kind == "cattaneo_mindlin" and kind not in ("sphere", "cylinder"):
+    if slip_model.kind == "cattaneo_mindlin" and kind not in ("sphere", "cylinder"):
         rule = f"is the closed form for a sphere or cylinder and does not describe this {kind}"
-        yield Mistake("slip_model", model.kind, rule)
+        yield Mistake("slip_model", slip_model.kind, rule)
 
 
-def _of_stroke(case: FrettingContact) -> Iterator[Mistake]:
-    indenter, loading, law = case.indenter, case.loading, case.wear_law
-    travel, is_line = loading.travel, "y" not in case.frame.axes
-    if loading.stroke and not case.normal.holds_load and case.frame.has_depth:
+@rule(*_HERTZ, "loading", "wear_law")
+def _of_stroke(setup: Setup) -> Iterator[Mistake]:
+    indenter, loading, law = setup.indenter, setup.loading, setup.wear_law
+    name = next(iter(law.parameters()))
+    if loading.stroke and not setup.normal.holds_load and setup.frame.has_depth:
         rule = "cannot be combined with sliding_amplitude, over which the load is held"
-        yield Mistake(case.normal.kind, None, rule)
+        yield Mistake(setup.normal.kind, None, rule)
     if loading.stroke and not all(indenter.even):
         rule = f"needs an indenter symmetric along x and y, which this {indenter.kind} is not"
         yield Mistake(loading.kind, None, rule)
     # Over a stroke, the wear of each body moves with the body.
-    if travel > case.small_stroke and not law.is_of_each:
-        name = next(iter(law.parameters()))
+    if loading.travel > setup.small_stroke and not law.is_of_each:
         rule = "is for both bodies together, but over a stroke each wears in a different place"
         yield Mistake(name, None, rule, "write pairs [value of the indenter, value of the flat]")
     if law.is_in_zones and not loading.stroke:
         rule = "has a rim and a core, which only a contact that slides as a whole has"
-        yield Mistake(next(iter(law.parameters())), None, rule)
-    if loading.stroke:
-        reach, radius = case.scar_half_width + travel, indenter.curvature_radius
-        if travel > MOST_STROKE * case.hertz_radius:
-            rule = f"is more than {MOST_STROKE:g} times the {case.frame.extent} of the contact"
-            yield Mistake(loading.kind, _length(travel, 6), rule)
-        elif reach > GREATEST_CONTACT * radius and math.isinf(indenter.end):
+        yield Mistake(name, None, rule)
+
+
+@rule(*_CELLS)
+def _of_length_of_stroke(setup: Setup, cells: Discretisation) -> Iterator[Mistake]:
+    loading, radius = setup.loading, setup.indenter.curvature_radius
+    travel, given = loading.travel, _length(loading.travel, 6)
+    if not loading.stroke:
+        return
+    if travel > MOST_STROKE * setup.hertz_radius:
+        rule = f"is more than {MOST_STROKE:g} times the {setup.frame.extent} of the contact"
+        yield Mistake(loading.kind, given, rule)
+    elif math.isinf(setup.indenter.end):
+        reach = cells.scar_half_width + travel
+        if reach > GREATEST_CONTACT * radius:
             rule = f"reaches to {_length(reach)} with the scar, beyond half-space theory"
-            yield Mistake(loading.kind, _length(travel, 6), rule)
-    for name, part in [*case.surfaces.items()][1:] if loading.stroke or is_line else ():
+            yield Mistake(loading.kind, given, rule)
+
+
+@rule(*_SURFACES, "loading")
+def _of_rough_strokes(setup: Setup) -> Iterator[Mistake]:
+    loading, is_line = setup.loading, "y" not in setup.frame.axes
+    for name, part in [*setup.surfaces.items()][1:] if loading.stroke or is_line else ():
         if not is_line:
             yield Mistake(name, part.kind, "cannot be combined with sliding_amplitude here")
-        elif loading.stroke and name == "counterface" and case.roughness is None:
+        elif loading.stroke and name == "counterface" and setup.roughness is None:
             yield Mistake(name, part.kind, "is of the indenter, given only beside a rough flat")
         elif not (part.even[0] and math.isinf(part.finest[1])):
             rule = "cannot be on a line contact, which is even along x and uniform along y"
             yield Mistake(name, part.kind, rule)
 
 
-def _of_local_energy(case: FrettingContact) -> Iterator[Mistake]:
+@rule("normal", "loading", "friction_law", "wear_threshold", "junction_growth")
+def _of_local_energy(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
     """Friction that follows slip and a threshold of wear need the slip of each place."""
-    keys = [case.friction_law.follows_slip and "friction", case.wear_threshold and "wear_threshold"]
-    for key in filter(None, keys):
-        if case.loading.stroke or case.normal.pulsating_load < 1.0:
-            rule = "follows the energy of each place, which strokes and pulsating loads do not have"
-            yield Mistake(str(key), None, rule)
-    if not case.friction_law.follows_slip:
-        return
-    if case.slip_model.couples or not case.slip_model.follows_shape:
-        rule = f"cannot follow the dissipated energy with slip_model: {case.slip_model.kind}"
+    follows = setup.friction_law.follows_slip
+    if setup.loading.stroke or setup.normal.pulsating_load < 1.0:
+        rule = "follows the energy of each place, which strokes and pulsating loads do not have"
+        keys = [follows and "friction", setup.wear_threshold and "wear_threshold"]
+        yield from (Mistake(str(key), None, rule) for key in keys if key)
+    if follows and (slip_model.couples or not slip_model.follows_shape):
+        rule = f"cannot follow the dissipated energy with slip_model: {slip_model.kind}"
         yield Mistake("friction", None, rule, "write slip_model: cerruti")
-    if case.junction_growth:
+    if follows and setup.junction_growth:
         yield Mistake("friction", None, "cannot follow the dissipated energy with junction_growth")
 
 
-def _of_pulsating_load(case: FrettingContact) -> Iterator[Mistake]:
+@rule(*_CELLS, *_SURFACES, "plastic_limit", "junction_growth", "bulk_stress")
+def _of_pulsating_load(
+    setup: Setup, slip_model: SlipModel, cells: Discretisation
+) -> Iterator[Mistake]:
     """Under a force Q in phase, P falls to r P: µ(P − rP)/2 < Q < µrP, or all sticks, or slides."""
-    least, ratio = case.normal.pulsating_load, case.tangential_ratio
-    slides = case.loading.is_force and ratio >= 1.0
-    if least == 1.0 or case.wears_unevenly or slides:
+    least, ratio = setup.normal.pulsating_load, setup.tangential_ratio
+    slides = setup.loading.is_force and ratio >= 1.0
+    if least == 1.0 or setup.wears_unevenly or slides:
         return
-    varies = case.friction_law.kinks or case.wear_law.follows_contact
-    is_smooth = case.is_graded and isinstance(case.slip_model, Jaeger)
-    if varies or not (case.loading.is_force and is_smooth) or math.isfinite(case.plastic_limit):
+    varies = setup.friction_law.kinks or setup.wear_law.follows_contact
+    is_smooth = cells.is_graded and isinstance(slip_model, Jaeger)
+    if varies or not (setup.loading.is_force and is_smooth) or math.isfinite(setup.plastic_limit):
         rule = (
             "works with strokes, and under a force for smooth elastic spheres, round punches and "
             "line contacts of constant friction and wear, with slip_model: jaeger"
@@ -149,93 +207,135 @@ def _of_pulsating_load(case: FrettingContact) -> Iterator[Mistake]:
         yield Mistake("pulsating_load", f"{least:g}", rule)
 
 
-def _of_bulk_stress(case: FrettingContact) -> Iterator[Mistake]:
+@rule(*_UNWORN, "bulk_stress")
+def _of_bulk_stress(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
     """It moves the stick zone by e, R times the tilt; where e exceeds a − c, slip reverses."""
-    if not case.bulk_stress:
+    if not setup.bulk_stress:
         return
-    given, hertz = format_quantity(case.bulk_stress, PRESSURE), case.hertz
-    if not case.slip_model.follows_shape:
-        rule = f"cannot be with slip_model: {case.slip_model.kind}"
+    given, hertz = format_quantity(setup.bulk_stress, PRESSURE), setup.hertz
+    if not slip_model.follows_shape:
+        rule = f"cannot be with slip_model: {slip_model.kind}"
         yield Mistake("bulk_stress", given, rule)
-    elif case.normal.pulsating_load < 1.0:
+    elif setup.normal.pulsating_load < 1.0:
         yield Mistake("bulk_stress", given, "cannot be with pulsating_load")
-    elif case.stick_load > 0.0 and hertz.peak_pressure:
-        most, moved = hertz.contact_radius - case.stick_radius, case.tilt * hertz.radius
+    elif setup.stick_load > 0.0 and hertz.peak_pressure:
+        most, moved = hertz.contact_radius - setup.stick_radius, setup.tilt * hertz.radius
         if moved > most:
             rule = "moves the stick zone beyond the contact, where slip reverses"
             yield Mistake("bulk_stress", given, rule)
 
 
-def _of_pairs_of_keys(case: FrettingContact) -> Iterator[Mistake]:
-    if not case.error_estimate and math.isfinite(case.accuracy):
+@rule(*_SURFACES, "frequency", "wear_law")
+def _of_pairs_of_keys(setup: Setup, error_estimate: bool, accuracy: float) -> Iterator[Mistake]:
+    if not error_estimate and math.isfinite(accuracy):
         yield Mistake("error_estimate", False, "leaves out the error estimates of an accuracy")
-    if case.frequency is None and case.wear_law.needs_frequency:
-        rule = f"is missing, on which the {case.wear_law.kind} law of wear depends"
+    if setup.frequency is None and setup.wear_law.needs_frequency:
+        rule = f"is missing, on which the {setup.wear_law.kind} law of wear depends"
         yield Mistake("frequency", None, rule, "such as frequency: 5 Hz")
-    for name, part in case.surfaces.items():
+    for name, part in setup.surfaces.items():
         if part.mistake is not None:
             yield Mistake(name, None, *part.mistake)
-    first, second = (getattr(part, "body", "") for part in (case.roughness, case.counterface))
+    first, second = (getattr(part, "body", "") for part in (setup.roughness, setup.counterface))
     if first and first == second:
         yield Mistake("counterface.body", second, "is also the body of roughness")
 
 
-def _of_partial_slip(case: FrettingContact) -> Iterator[Mistake]:
+@rule("loading", "friction_law")
+def _of_load_ratio(setup: Setup) -> Iterator[Mistake]:
     """Under a force Q ≥ µP all slides, without a stick zone; too small a Q slips nowhere."""
-    loading, law, hint = case.loading, case.friction_law, "for gross slip write sliding_amplitude"
+    loading, law = setup.loading, setup.friction_law
     if isinstance(loading, TangentialRatio):
         ratio = loading.tangential_ratio
         # Q stays as it is where friction follows slip.
         if ratio >= (law.least / law.coefficient if law.follows_slip else 1.0):
             rule = "is gross sliding: Q/(µP) must be less than 1, also with the least friction"
-            yield Mistake(loading.kind, f"{ratio:.6g}", rule, hint)
-    elif isinstance(loading, TangentialLoad):
-        load = case.normal.given[0] or case.hertz.load
-        ratio = loading.load_ratio(law.coefficient, load)
-        if loading.tangential_load >= (limit := law.least * load):
-            of_given = getattr(loading.tangential_load, "si_unit", "")
-            unit = BY_SI_UNIT[of_given or case.frame.unit(FORCE.si_unit)]
-            rule = f"is gross sliding: Q must be less than µP = {format_quantity(limit, unit)}"
-            given = format_quantity(loading.tangential_load, unit)
-            yield Mistake(loading.kind, given, rule, hint)
-    else:
-        ratio = case.tangential_ratio
+            yield Mistake(loading.kind, f"{ratio:.6g}", rule, _GROSS_SLIP)
+        yield from _of_least_ratio(loading, ratio)
+
+
+@rule("normal", "loading", "friction_law")
+def _of_force(setup: Setup) -> Iterator[Mistake]:
+    """Like the ratio, where load and force are given, the force with its unit."""
+    loading, load = setup.loading, setup.normal.given[0]
+    unit = getattr(vars(loading).get("tangential_load"), "si_unit", "")
+    if isinstance(loading, TangentialLoad) and load is not None and unit:
+        yield from _of_force_under(loading, setup.friction_law, load, unit)
+
+
+@rule(*_UNWORN)
+def _of_unworn_ratio(setup: Setup) -> Iterator[Mistake]:
+    """Like the ratio, where it follows from an approach, a displacement or plain numbers."""
+    loading = setup.loading
+    unit = getattr(vars(loading).get("tangential_load"), "si_unit", "")
+    if not isinstance(loading, TangentialRatio | TangentialLoad):
+        yield from _of_least_ratio(loading, setup.tangential_ratio)
+    elif isinstance(loading, TangentialLoad) and not (unit and setup.normal.given[0]):
+        unit = unit or setup.frame.unit(FORCE.si_unit)
+        yield from _of_force_under(loading, setup.friction_law, setup.hertz.load, unit)
+
+
+def _of_force_under(
+    loading: TangentialLoad, law: Friction, load: float, unit: str
+) -> Iterator[Mistake]:
+    force, limit = loading.tangential_load, law.least * load
+    if force >= limit:
+        given, most = (format_quantity(each, BY_SI_UNIT[unit]) for each in (force, limit))
+        rule = f"is gross sliding: Q must be less than µP = {most}"
+        yield Mistake(loading.kind, given, rule, _GROSS_SLIP)
+    yield from _of_least_ratio(loading, loading.load_ratio(law.coefficient, load))
+
+
+def _of_least_ratio(loading: Loading, ratio: float) -> Iterator[Mistake]:
     if ratio < LEAST_LOAD_RATIO:
         rule = f"leaves no slip to compute: Q/(µP) is {ratio:.3g} and must be at least"
         yield Mistake(loading.kind, None, f"{rule} {LEAST_LOAD_RATIO:g}")
 
 
-def _of_size(case: FrettingContact) -> Iterator[Mistake]:
+@rule(*_HERTZ)
+def _of_size(setup: Setup) -> Iterator[Mistake]:
+    largest, beyond = _largest_contact(setup)
+    if setup.hertz_radius > largest:
+        load, approach = setup.normal.given
+        unit = BY_SI_UNIT[setup.frame.unit(FORCE.si_unit)]
+        given = _length(approach or 0.0, 6) if load is None else format_quantity(load, unit)
+        rule = f"is too much for this {setup.indenter.kind}: {beyond}"
+        yield Mistake(setup.normal.kind, given, rule)
+
+
+@rule(*_UNWORN, "plastic_limit", "junction_growth")
+def _of_limit(setup: Setup) -> Iterator[Mistake]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
     A contact of radius r carries at most p_lim·πr², so carrying P takes a radius of at least
     √(P/(π p_lim)), which must not exceed `GREATEST_CONTACT`·R; where all slides, by the limit that
     friction lowers. Wear without plastic flow stays far below.
     """
-    indenter, is_finite = case.indenter, math.isfinite(case.indenter.end)
-    largest = indenter.end if is_finite else GREATEST_CONTACT * indenter.curvature_radius
-    where = "where the punch ends" if is_finite else "the most in half-space theory"
-    beyond = f"a contact of more than {_length(largest)}, {where}"
-    if case.hertz_radius > largest:
-        load, approach = case.normal.given
-        unit = BY_SI_UNIT[case.frame.unit(FORCE.si_unit)]
-        given = _length(approach or 0.0, 6) if load is None else format_quantity(load, unit)
-        yield Mistake(case.normal.kind, given, f"is too much for this {indenter.kind}: {beyond}")
-    limit = case.slip_limit if case.tangential_ratio >= 1.0 else case.plastic_limit
-    if limit < case.hertz.spread_pressure(largest):
-        given = format_quantity(case.plastic_limit, PRESSURE)
+    largest, beyond = _largest_contact(setup)
+    limit = setup.slip_limit if setup.tangential_ratio >= 1.0 else setup.plastic_limit
+    if limit < setup.hertz.spread_pressure(largest):
+        given = format_quantity(setup.plastic_limit, PRESSURE)
         yield Mistake("plastic_limit", given, f"is too low to carry the load without {beyond}")
 
 
-def _of_cell(case: FrettingContact) -> Iterator[Mistake]:
+def _largest_contact(setup: Setup) -> tuple[float, str]:
+    """The radius of the largest contact, m, and what lies beyond it in words."""
+    end = setup.indenter.end
+    if math.isfinite(end):
+        return end, f"a contact of more than {_length(end)}, where the punch ends"
+    largest = GREATEST_CONTACT * setup.indenter.curvature_radius
+    return largest, f"a contact of more than {_length(largest)}, the most in half-space theory"
+
+
+@rule(*_SURFACES)
+def _of_cell(setup: Setup, cell: tuple[float, float] | None) -> Iterator[Mistake]:
     """Waves and edges of the surfaces need enough cells."""
-    if case.cell is None:
+    if cell is None:
         return
-    given = f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in case.cell)}]"
-    for name, part in case.surfaces.items():
+    given = f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"
+    for name, part in setup.surfaces.items():
         least = part.cells // 2
-        for axis, length, cell in zip("xy", part.finest, case.cell, strict=True):
-            if cell > length / least * (1.0 + 1e-9):
+        for axis, length, spacing in zip("xy", part.finest, cell, strict=True):
+            if spacing > length / least * (1.0 + 1e-9):
                 rule = (
                     f"is too coarse for the {name}: the {part.detail} along {axis} is "
                     f"{_length(length)} long and needs at least {least} cells"
@@ -243,70 +343,57 @@ def _of_cell(case: FrettingContact) -> Iterator[Mistake]:
                 yield Mistake("cell", given, rule, "or leave cell out")
 
 
-# Rules of every case without blocks, and of each block of a case.
-_RULES: tuple[Rules, ...] = (
-    _of_theory,
-    _of_pairs_of_keys,
-    _of_stroke,
-    _of_local_energy,
-    _of_pulsating_load,
-    _of_bulk_stress,
-    _of_partial_slip,
-    _of_size,
-    _of_cell,
-)
+@rule()
+def _of_snapshots(cycles: int, output_cycles: tuple[int, ...]) -> Iterator[Mistake]:
+    if beyond := [str(cycle) for cycle in output_cycles if cycle > cycles]:
+        rule = f"is beyond the last cycle, {cycles}"
+        yield Mistake("output_cycles", ", ".join(beyond), rule)
 
 
-def _of_blocks(case: FrettingContact) -> Iterator[Mistake]:
+def findings(
+    case: Setup, unread: Set[str] = frozenset(), blocks: Sequence[Setup | None] = ()
+) -> list[Mistake]:
+    """Return the mistakes of a case, each of whose values is valid by itself.
+
+    ``unread`` are its members that could not be read, and ``blocks`` the case in each of its
+    blocks, None if that is not valid.
+    """
+    broken = _broken(case, unread)
+    return [*broken, *_of_blocks(blocks, broken, unread)]
+
+
+def _broken(case: Setup, unread: Set[str]) -> list[Mistake]:
+    """The rules that a case breaks, without those that read a member which is not known."""
+    broken: list[Mistake] = []
+    for name in ("normal", "loading"):
+        if not unread & {"indenter", name}:
+            broken += (refused := [*_of_other_units(case, getattr(case, name))])
+            unread = {*unread, name} if refused else unread
+    known = (rule for rule in RULES if not rule.members & unread)
+    return broken + [mistake for rule in known for mistake in rule.broken_by(case)]
+
+
+def _of_blocks(
+    blocks: Sequence[Setup | None], of_base: Sequence[Mistake], unread: Set[str]
+) -> Iterator[Mistake]:
     """The mistakes of the blocks that the base has not too."""
-    if not case.blocks:
-        return
-    blocks = [block for _, block in case.in_blocks() if block is not None]
-    if len(blocks) < len(case.blocks):
+    valid = [block for block in blocks if block is not None]
+    if len(valid) < len(blocks):
         yield Mistake("blocks", None, "has a block that lacks a parameter of its loading")
     for name, given in (
-        ("sliding_amplitude", {bool(block.loading.stroke) for block in blocks}),
-        ("pulsating_load", {block.normal.pulsating_load < 1.0 for block in blocks}),
-        ("friction that follows slip", {block.friction_law.follows_slip for block in blocks}),
+        ("sliding_amplitude", {bool(block.loading.stroke) for block in valid}),
+        ("pulsating_load", {block.normal.pulsating_load < 1.0 for block in valid}),
+        ("friction that follows slip", {block.friction_law.follows_slip for block in valid}),
     ):
         if len(given) > 1:
             rule = f"has blocks with {name} and blocks without: give it in all or in none"
             yield Mistake("blocks", None, rule)
-    if any(isinstance(block.loading, SlidingDistance) for block in blocks):
+    if any(isinstance(block.loading, SlidingDistance) for block in valid):
         rule = "cannot be combined with sliding_distance, which is for the whole run"
         yield Mistake("blocks", None, rule)
-    of_base = _broken(case)
-    for number, block in enumerate(blocks, start=1):
-        for mistake in _broken(block):
+    for number, block in enumerate(valid, start=1):
+        for mistake in _broken(block, unread):
             if mistake not in of_base:
                 value = f" = {mistake.value}" if mistake.value else ""
                 rule = f"{mistake.key}{value} in block {number} {mistake.rule}"
                 yield Mistake("blocks", None, rule, mistake.remedy)
-
-
-def _broken(case: FrettingContact) -> list[Mistake]:
-    """The rules that a case breaks, without those whose values could not be read or are refused."""
-    broken: list[Mistake] = []
-    with suppress(UnknownValueError):
-        broken += _units_of_loads(case)
-    case = case.without({mistake.key for mistake in broken})
-    for rules in _RULES:
-        with suppress(UnknownValueError):
-            for mistake in rules(case):
-                broken.append(mistake)
-    return broken
-
-
-def findings(case: FrettingContact) -> list[Mistake]:
-    """Return the mistakes of a case, each of whose values is valid by itself."""
-    broken = _broken(case)
-    with suppress(UnknownValueError):
-        broken += [*_of_snapshots(case), *_of_blocks(case)]
-    return broken
-
-
-def _of_snapshots(case: FrettingContact) -> Iterator[Mistake]:
-    last = case.cycles
-    if beyond := [str(cycle) for cycle in case.output_cycles if cycle > last]:
-        rule = f"is beyond the last cycle, {last}"
-        yield Mistake("output_cycles", ", ".join(beyond), rule)

@@ -12,8 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, StringConstraints, TypeAdapte
 from fretwear.arrays import Array
 from fretwear.plugins import plugins
 from fretwear.quantity import AUTO, MappingOf, PartOf, Schema, auto_or, inlined
-from fretwear.study.case import Case
-from fretwear.study.contact import case_keys
+from fretwear.study.case import Case, case_keys
 from fretwear.study.cycles import Snapshots
 from fretwear.study.designs import MAX_POINTS, Combinations, Design
 from fretwear.study.keys import Keys

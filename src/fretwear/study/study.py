@@ -8,10 +8,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fretwear.study.case import Case
-from fretwear.study.contact import FrettingContact
+from fretwear.study.case import Case, assembled
 from fretwear.study.designs import Axis, Design
-from fretwear.study.mistakes import Mistakes
+from fretwear.study.mistakes import Mistake, Mistakes
 from fretwear.study.parameters import value_text, words_text
 from fretwear.study.sections import StudySection
 from fretwear.units import in_unit
@@ -113,14 +112,21 @@ class Point:
     @property
     def case(self) -> Case | None:
         """The case to run; None if the point is invalid."""
-        case, _ = self.unchecked
-        return case if isinstance(case, Case) and not self.mistake else None
+        case, lacking, _ = self._unchecked
+        return None if lacking or self.mistake else case
+
+    @property
+    def mistakes(self) -> list[Mistake]:
+        """Why the values make no case, rules between them included."""
+        case, lacking, found = self._unchecked
+        return [*found, *case.mistakes(lacking)]
 
     @cached_property
-    def unchecked(self) -> tuple[FrettingContact, Mistakes]:
-        """The case, whose rules are not checked, and why the values make none, if so."""
+    def _unchecked(self) -> tuple[Case, Set[str], Mistakes]:
+        """The case, whose rules are not checked, its members that are not known, and mistakes."""
         study = self.study
-        return Case.assembled(study.values(self.index), study.unread, study.snapshots)
+        members, lacking, found = assembled(study.values(self.index), study.unread, study.snapshots)
+        return Case(members), lacking, found
 
     @cached_property
     def id(self) -> str:
