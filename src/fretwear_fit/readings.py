@@ -47,7 +47,7 @@ def profile_of(
         origin = f"positions from {table.label(numbers[0])}, {'heights' if is_height else 'depths'}"
         origin += f" from {' less '.join(table.label(n) for n in numbers[:0:-1])}"
     else:
-        unit = unit or ", ".join(layout.units or ())
+        is_height, unit = True, unit or ", ".join(layout.units or ())
         scan = None if table else read_line(file, unit)
         x, depth = (scan[0], -scan[1]) if scan else _line_of_map(file, unit, along, line)
         origin = "a line of an instrument"
@@ -66,7 +66,8 @@ def profile_of(
     over = depth - np.polyval(np.polyfit(x[flat], depth[flat], 1), x)
     if x.size >= 10 and -over.min() > _WRONG_WAY * max(over.max(), 1e-30):
         rule = "has the wrong sign: depths count downwards from the surface, and this scar rises"
-        raise QuantityError(rule, "name the column height if it holds heights")
+        kind = "depth" if is_height else "height"
+        raise QuantityError(rule, f"name the column {kind} if it holds {kind}s")
     return x, depth, origin
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from fretwear.arrays import Array, Places
 from fretwear.units import LENGTH, QuantityError, format_quantity, listed, parse_quantity
 from fretwear_measured.tables import (
+    LARGEST,
     TEXTS,
     NoTableError,
     Sought,
@@ -30,6 +31,7 @@ from fretwear_measured.tables import (
     pick,
     read_text,
     table_of_text,
+    unmarked,
 )
 
 LEAST_POINTS = 4
@@ -39,11 +41,10 @@ POSITION_AND_HEIGHT = (
     Sought(LENGTH, ("z height heights höhe hoehe hauteur topography",)),
 )
 _STEEPEST, _FARTHEST = 10.0, 1e3  # heights over the longer side: a map's, and those of marks
-_FAR_AWAY = 10.0  # of a mark, over the range of the other heights
 _FEW = 9  # positions in order by chance
 _OFF_GRID, _FULL = 0.1, 0.25  # of a step; share of the points of a grid with a height
 _HOLE = 1.5  # cells to the nearest of uneven positions
-_LARGEST, _LONGEST = 1e300, 1.0  # a number, a side in m
+_LONGEST = 1.0  # side, m
 _ANGSTROM = {"A": "0.1 nm", "Å": "0.1 nm"}
 _ADD_UNIT = "add unit: um, or unit: [mm, mm, um] for x, y and z"
 _SAVE = (
@@ -79,18 +80,11 @@ def read_map(path: Path, unit: str, size: str, file_format: str, channel: str) -
 def without_marks(heights: Array, side: float) -> Array:
     """Heights with NaN in place of marks of missing points, such as -9999 or -1.8e308.
 
-    They are a lowest or highest value that repeats, ten times as far away from the other heights as
-    these reach, or farther from the median than 1000 times the longer side.
+    They are those of `unmarked`, or farther from the median than 1000 times the longer side.
     """
-    kept = np.where(np.abs(heights) < _LARGEST, heights, np.nan)
+    kept = unmarked(heights)
     if not np.isfinite(kept).any():
         return kept
-    for extreme in (np.nanmin(kept), np.nanmax(kept)):
-        mark = kept == extreme
-        others = kept[np.isfinite(kept) & ~mark]
-        if mark.sum() > 1 and others.size:
-            away = max(others.min() - extreme, extreme - others.max())
-            kept[mark & (away > _FAR_AWAY * np.ptp(others) > 0.0)] = np.nan
     middle = np.diff(np.nanpercentile(kept, (25, 75)))[0]
     rule = f"has heights that differ by more than {_STEEPEST:g} times its longer side"
     remedy = "check its units; if it has none: unit: [mm, mm, um]"
@@ -279,7 +273,7 @@ def _map_of_matrix(table: Table, rows: Places, unit: str, size: str) -> Map | No
         with suppress(ValueError):
             line = [float(name.replace(",", ".")) for name in table.names[1:]]
             values = np.vstack([[np.nan, *line], values])
-    values = np.where(np.abs(values) < _LARGEST, values, np.nan)
+    values = np.where(np.abs(values) < LARGEST, values, np.nan)
     axes = _axes_of(values)
     values = values if axes is None else values[1:, 1:]
     if axes and all(
@@ -291,7 +285,9 @@ def _map_of_matrix(table: Table, rows: Places, unit: str, size: str) -> Map | No
     elif axes:
         # Units of x, y and z in brackets in the corner.
         own = re.findall(r"[(\[]\s*([^)\]\s]+)\s*[)\]]", above[-1] if above else "")
-        scales = scales_of(own * (3 // len(own)) if len(own) in (1, 3) else ["", "", ""], unit)
+        if len(own) == 1:  # of the axes; of the heights too if nothing else is said
+            own = [*own, *own, "" if unit else own[0]]
+        scales = scales_of(own if len(own) == 3 else ("", "", ""), unit)
         x, y = np.meshgrid(scales[0] * axes[0], scales[1] * axes[1], indexing="ij")
         heights = scales[2] * values.T.ravel()
         return _map_of_points(x.ravel(), y.ravel(), heights, "text, matrix with axes", size)

@@ -49,6 +49,8 @@ _HEADS = (
 # A word with the unit in brackets behind it, where blanks separate columns.
 _WORD = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
 _VOLTS = ("V", "mV", "volt")
+LARGEST = 1e300  # number
+_FAR_AWAY = 10.0  # of a mark, over the range of the other values
 _SUBSTRING = 5  # letters of a word that may be a part of a longer one, such as frictionforce
 
 
@@ -120,6 +122,22 @@ class Sought:
         except QuantityError:
             return False
         return True
+
+
+def unmarked(values: Array) -> Array:
+    """Values with NaN in place of marks of missing ones, such as -9999 or -1.8e308.
+
+    They are a lowest or highest value that repeats, ten times as far away from the others as these
+    reach.
+    """
+    kept = np.where(np.abs(values) < LARGEST, values, np.nan)
+    for extreme in (np.fmin.reduce(kept, axis=None), np.fmax.reduce(kept, axis=None)):
+        mark = kept == extreme
+        others = kept[np.isfinite(kept) & ~mark]
+        if mark.sum() > 1 and others.size:
+            away = max(others.min() - extreme, extreme - others.max())
+            kept[mark & (away > _FAR_AWAY * np.ptp(others) > 0.0)] = np.nan
+    return kept
 
 
 def has_word(name: str, words: str) -> bool:
@@ -211,7 +229,7 @@ class Table:
                 remedy = f"choose another{self._scale_of_volts(chosen, sought)}"
                 rule = f"has a wrong unit for {column}: it {error.rule}"
                 raise QuantityError(rule, error.hint or remedy) from error
-            values.append(size * numbers)
+            values.append(size * unmarked(numbers))
         return chosen, values
 
     def numbers(self, number: int) -> Array:
@@ -401,6 +419,7 @@ def read_text(path: Path, encoding: str | None = None) -> str:
         content = path.read_bytes()
     except OSError as error:
         raise QuantityError(f"cannot be read: {error.strerror}") from error
+    ensure(content.strip(), "is empty", "export it again")
     is_packed = content.startswith(_ARCHIVES)
     ensure(not is_packed, "is an archive or a spreadsheet", "unpack it, or save it as .csv")
     high, low = (content[n:200:2].count(0) for n in (0, 1))

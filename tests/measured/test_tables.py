@@ -91,6 +91,13 @@ def test_wide_characters_need_no_mark_and_archives_are_refused(tmp_path):
             columns(file)
 
 
+@pytest.mark.parametrize("mark", ["-9999", "1e10", "-1.8e308"])
+def test_numbers_that_mark_missing_values_are_none(tmp_path, mark):
+    file = tmp_path / "scar.csv"
+    file.write_text(f"x (mm);depth (um)\n1;2\n2;{mark}\n3;-1\n4;{mark}\n5;3\n")
+    np.testing.assert_allclose(columns(file)[1], 1e-6 * np.array([2, np.nan, -1, np.nan, 3]))
+
+
 def test_signs_of_missing_values_are_not_numbers(tmp_path):
     file = tmp_path / "scar.csv"
     file.write_text("x (mm);depth (um)\n1;2\n2;***\n3;\n4;5\n")
