@@ -301,28 +301,25 @@ class MeasuredRoughness(FromFile, Roughness):
         if not self.is_known:
             return
         data = self.surface()
-        if (share := data.missing_within(radius)) > _MOST_MISSING:
+        share, size = data.missing_within(radius), data.heights.size
+        same = self.body == "indenter" and abs(data.curvature - curvature) < 0.2 * curvature
+        if share > _MOST_MISSING:
             yield (
                 "lies on a surface with missing points, which were filled in",
                 f"{100.0 * share:.0f} % of the points within the contact radius and "
-                f"{data.missing:.0f} of {data.heights.size} in the map were not measured",
+                f"{data.missing:.0f} of {size} in the map were not measured",
             )
         if data.positions:
-            yield (
-                "lies on a surface measured at uneven positions, between which it is interpolated",
-                f"{data.positions} positions, {data.heights.size} points",
+            what = (
+                "lies on a surface measured at uneven positions, between which it is interpolated"
             )
-        same = self.body == "indenter" and abs(data.curvature - curvature) < 0.2 * curvature
+            yield what, f"{data.positions} positions, {size} points"
         if same and self.form in ("", "none", "plane"):
-            yield (
-                "has the curvature of its indenter twice, because the map has it too",
-                f"the map has a radius of {1e3 / data.curvature:.3g} mm",
-            )
+            what = "has the curvature of its indenter twice, because the map has it too"
+            yield what, f"the map has a radius of {1e3 / data.curvature:.3g} mm"
         if data.spikes:
-            yield (
-                "lies on a surface with spikes, which may carry the load",
-                f"{data.spikes} points differ from their neighbours by more than 10 rms",
-            )
+            what = "lies on a surface with spikes, which may carry the load"
+            yield what, f"{data.spikes} points differ from their neighbours by more than 10 rms"
 
     @property
     def sides(self) -> tuple[float, float]:
