@@ -85,6 +85,10 @@ _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
 
 
+# The context of a part whose values have been read already, and which may break a rule.
+_AS_READ = object()
+
+
 def _remembered(function: _Function) -> _Function:
     """Keep the results of a function of a class."""
     return cast("_Function", cache(function))
@@ -178,7 +182,8 @@ class Readable(Parameter):
         is_optional = type(None) in get_args(source)
 
         def validated(value: object, info: core_schema.ValidationInfo[Any]) -> object:
-            return None if value is None and is_optional else self.read(value, info.context)
+            is_read = info.context is _AS_READ or (value is None and is_optional)
+            return value if is_read else self.read(value, info.context)
 
         return core_schema.with_info_plain_validator_function(validated)
 
@@ -549,20 +554,29 @@ class Part:
         super().__init_subclass__(**options)
         Part.kinds.cache_clear()
 
-    def __post_init__(self) -> None:
-        """Check the rule between the fields."""
+    def checked(self) -> Self:
+        """The part as it is read; `QuantityError` if it breaks a rule between its fields."""
         if self.mistake is not None:
             raise QuantityError(*self.mistake)
+        return self
 
     @classmethod
     def __get_pydantic_core_schema__(
         cls, source: Any, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
+        def checked(
+            value: object,
+            read: core_schema.ValidatorFunctionWrapHandler,
+            info: core_schema.ValidationInfo[Any],
+        ) -> Part:
+            part: Part = read(value)
+            return part if part is value or info.context is _AS_READ else part.checked()
+
         if dataclasses.is_dataclass(cls):
-            return handler(source)
+            return core_schema.with_info_wrap_validator_function(checked, handler(source))
 
         def kind_of(value: object, info: core_schema.ValidationInfo[Any]) -> object:
-            return cls.read(value, info.context)
+            return value if info.context is _AS_READ else cls.read(value, info.context)
 
         return core_schema.with_info_plain_validator_function(kind_of)
 
@@ -588,10 +602,9 @@ class Part:
     @classmethod
     def unchecked(cls, **values: object) -> Self:
         """Make a part of values already read; a broken rule shows in `mistake`."""
-        part = object.__new__(cls)
         # Values that another part has derived from its fields do not count.
-        fields = _defaults(cls).items()
-        part.__dict__.update({name: values.get(name, default) for name, default in fields})
+        fields = {name: value for name, value in values.items() if name in field_names(cls)}
+        part: Self = adapter(cls).validate_python(fields, context=_AS_READ)
         return part
 
     @classmethod

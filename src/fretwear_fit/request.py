@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import (
@@ -327,7 +327,7 @@ class Measurement(Part):
         Field(description="Unit of lengths, if the file of an instrument lacks it."),
     ] = None
 
-    def __post_init__(self) -> None:
+    def checked(self) -> Self:
         """Read the file or the number, which depend on each other's keys."""
         about, given = _NUMBERS.get(self.quantity), vars(self)
         needed = ("value", "error") if about else ("file", "force_noise")[: 1 + self.is_loop]
@@ -337,14 +337,15 @@ class Measurement(Part):
         wrong += [(n, None, QuantityError(rule)) for n in foreign if given[n] is not None]
         _raise(wrong)
         try:
-            if about:
+            if about and not isinstance(self.value, FloatWithUnit):  # read already
                 value, error = _read_number(self.value, self.error, about)
                 object.__setattr__(self, "value", value)
                 object.__setattr__(self, "error", error)
-            else:
+            elif not about:
                 assert self.readings is not None
         except QuantityError as cause:
             _raise([("value" if about else "file", self.value or self.file, cause)])
+        return self
 
     @property
     def readings(self) -> tuple[Array, Array] | None:
