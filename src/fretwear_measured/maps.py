@@ -43,7 +43,7 @@ POSITION_AND_HEIGHT = (
 _STEEPEST, _FARTHEST = 10.0, 1e3  # heights over the longer side: a map's, and those of marks
 _FEW = 9  # positions in order by chance
 _OFF_GRID, _FULL = 0.1, 0.25  # of a step; share of the points of a grid with a height
-_HOLE = 1.5  # cells to the nearest of uneven positions
+_LONG_EDGE = 3.0  # of the median
 _LONGEST = 1.0  # side, m
 _ANGSTROM = {"A": "0.1 nm", "Å": "0.1 nm"}
 _ADD_UNIT = "add unit: um, or unit: [mm, mm, um] for x, y and z"
@@ -217,8 +217,8 @@ def _interpolated(
     places: Sequence[Array], z: Array, lines: Sequence[Collection[float]], reader: str
 ) -> Map:
     """The map between uneven or scattered positions, with about as many points."""
-    from scipy.interpolate import griddata
-    from scipy.spatial import QhullError, cKDTree
+    from scipy.interpolate import CloughTocher2DInterpolator
+    from scipy.spatial import Delaunay, QhullError
 
     widths, known = [np.ptp(one) for one in places], np.isfinite(z)
     # Few positions along an axis are the lines of a scan.
@@ -232,10 +232,14 @@ def _interpolated(
     points = np.stack(cells, axis=1)[known]
     grid = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in counts), indexing="ij"), axis=-1)
     try:
-        heights = griddata(points, z[known], grid, "cubic")
+        mesh = Delaunay(points)
     except (QhullError, ValueError) as error:
         raise QuantityError("is no map: its points lie on one line", _SAVE) from error
-    heights[cKDTree(points).query(grid)[0] > _HOLE] = np.nan
+    heights = CloughTocher2DInterpolator(mesh, z[known])(grid)
+    # Triangles with long edges span holes.
+    corners = points[mesh.simplices]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=-1)
+    heights[(edges > _LONG_EDGE * np.median(edges))[mesh.find_simplex(grid)]] = np.nan
     reader += f", interpolated between {len(points)} uneven positions"
     return Map(heights, (float(widths[0]), float(widths[1])), reader, len(points))
 
