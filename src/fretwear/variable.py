@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from fretwear.units import (
     LINE_CONTACT,
@@ -121,11 +121,11 @@ class Variable:
         return self.words[:1].upper() + self.words[1:]
 
     @property
-    def attributes(self) -> dict[str, Any]:
+    def attributes(self) -> dict[str, object]:
         """CF attributes of the variable; empty entries are left out."""
         texts = {"long_name": self.words, "units": self.si_unit, "axis": self.cf_axis}
         texts |= {"positive": "down" * (self.cf_axis == "Z"), "comment": self.comment}
-        attributes: dict[str, Any] = {name: text for name, text in texts.items() if text}
+        attributes: dict[str, object] = {name: text for name, text in texts.items() if text}
         if self.flags:
             import numpy as np  # `fretwear --help` does without it
 
@@ -166,14 +166,19 @@ def variables(table: str, dtype: str = "float64") -> tuple[Variable, ...]:
     return tuple(found)
 
 
+# Of the class whose property is declared.
+_Formula: TypeAlias = Callable[[Any], float]
+_Condition: TypeAlias = Callable[[Any], object]
+
+
 class Scalar(cached_property[float]):
     """A scalar of the contact, declared beside its formula by `scalar`."""
 
     def __init__(
         self,
-        formula: Callable[[Any], float],
+        formula: _Formula,
         variable: Variable,
-        needs: Callable[[Any], object] | None,
+        needs: _Condition | None,
     ) -> None:
         super().__init__(formula)
         self.variable = variable
@@ -186,9 +191,9 @@ def scalar(
     *,
     symbol: str = "",
     unit: str = "",
-    needs: Callable[[Any], object] | None = None,
+    needs: _Condition | None = None,
     **properties: Any,
-) -> Callable[[Callable[[Any], float]], Scalar]:
+) -> Callable[[_Formula], Scalar]:
     """Declare a property of `Measures` as a scalar of the contact; its docstring is the comment.
 
     `si_unit` is that of a point contact, as UDUNITS reads it; in a line contact, forces, energies,
@@ -198,7 +203,7 @@ def scalar(
     `properties` are fields of `Variable`.
     """
 
-    def declare(formula: Callable[[Any], float]) -> Scalar:
+    def declare(formula: _Formula) -> Scalar:
         comment = " ".join((formula.__doc__ or "").split()).removesuffix(".")
         word = comment.partition(" ")[0]
         if word[1:].islower():  # neither a symbol nor NaN
