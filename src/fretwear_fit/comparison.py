@@ -283,17 +283,13 @@ class Comparison:
 
     def by_signal(self, signal: Array, nuisances: Array, change: Array) -> Array:
         """Change of the residuals with a small change of the signal, shape (n + k,)."""
-        if self.measurement.is_loop:
-            # Distances from a loop are linear in small changes of it only.
-            sizes = [np.ptp(part) for part in np.split(signal, 2)]
-            parts = zip(sizes, np.split(change, 2), strict=True)
-            share = max(float(np.abs(part).max()) / size for size, part in parts)
-            if not share:
-                return np.zeros_like(self.residuals(signal, nuisances))
-            step = _SMALL / share
-            ahead = self.residuals(signal + step * change, nuisances)
-            return (ahead - self.residuals(signal - step * change, nuisances)) / (2.0 * step)
-        return self.residuals(signal + change, nuisances) - self.residuals(signal, nuisances)
+        # Residuals of a profile are linear; distances from a loop are, in small changes of it only.
+        kinds = 2 if self.measurement.is_loop else 1
+        parts = zip(np.split(signal, kinds), np.split(change, kinds), strict=True)
+        share = max(float(np.abs(moved).max() / (np.ptp(part) or 1.0)) for part, moved in parts)
+        step = _SMALL / (share or 1.0)
+        ahead = self.residuals(signal + step * change, nuisances)
+        return (ahead - self.residuals(signal - step * change, nuisances)) / (2.0 * step)
 
     def drawn(self, signal: Array, nuisances: Array, generator: np.random.Generator) -> Array:
         """Readings that a signal would give, with noise, shape (n,)."""

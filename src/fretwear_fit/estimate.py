@@ -202,11 +202,11 @@ class Fitter:
         assert signal is not None
         return signal
 
-    def covariance(self, signal: Array, derivatives: Array) -> Array:
-        """The covariance of the parameters by a linear model; unknown directions are wide."""
-        return self._covariance(self.projected(signal, derivatives))
+    def covariance(self, slopes: Array) -> Array:
+        """The covariance of the parameters by a linear model; unknown directions are wide.
 
-    def _covariance(self, slopes: Array) -> Array:
+        `slopes` are derivatives of the residuals without what nuisances take up, shape (n, p).
+        """
         # A range is a uniform prior, about as wide as this normal one.
         widths = (self.upper - self.lower) / np.sqrt(12.0)
         prior = np.diag(1.0 / widths)
@@ -237,7 +237,7 @@ class Fitter:
                     readings = noise.whitened(x, columns[: x.size])
                     whitened = np.concatenate([readings, columns[x.size :]])
                 slopes.append(without_nuisances(whitened, len(self.unknowns)))
-            return np.diag(self._covariance(np.concatenate(slopes)))
+            return np.diag(self.covariance(np.concatenate(slopes)))
 
         taken = [comparison.noise for comparison in self.comparisons]
         # A Latin hypercube: each share of probability once for every length and size.
@@ -265,10 +265,10 @@ class Fitter:
         derivatives = self._followed(u, self.signal(u))
         for _ in range(_MOST_MOVES):
             signal = self.signal(u)
-            before = self.covariance(signal, derivatives)
+            before = self.covariance(self.projected(signal, derivatives))
             derivatives = self._along(u, signal, before, derivatives)
             self._tangent = u, signal, derivatives
-            covariance = self.covariance(signal, derivatives)
+            covariance = self.covariance(self.projected(signal, derivatives))
             emulator = Emulator(u, covariance)
             near = [
                 (place, moved)
@@ -313,16 +313,16 @@ class Fitter:
                 if share > _LEAST_ROOM:
                     places.append((place, sign * min(share, 1.0)))
         points = [u + share * directions[:, place] for place, share in places]
-        slopes: list[list[tuple[float, Array]]] = [[] for _ in u]
+        found: list[dict[float, Array]] = [{0.0: signal} for _ in u]
         for (place, share), moved in zip(places, self.signals_at(points), strict=True):
             if moved is not None:
-                slopes[place].append((share, (moved - signal) / share))
+                found[place][share] = moved
         columns = [*(derivatives @ directions).T]
-        for place, slopes_here in enumerate(slopes):
-            # Of a quadratic through three points, which need not be equally far apart, or a line.
-            if slopes_here:
-                (a, ahead), (b, behind) = slopes_here[0], slopes_here[-1]
-                columns[place] = ahead if a == b else (a * behind - b * ahead) / (a - b)
+        for place, runs in enumerate(found):
+            if len(runs) > 1:
+                shares = sorted(runs)
+                slopes = np.gradient([runs[share] for share in shares], shares, axis=0)
+                columns[place] = slopes[shares.index(0.0)]
         return np.asarray(np.column_stack(columns) @ np.linalg.inv(directions))
 
     def intervals(self, emulator: Emulator, spread: Array) -> tuple[list[Profile], float]:

@@ -131,9 +131,9 @@ class NoiseEvidence:
     def drawn(self, shares: Array) -> list[Noise]:
         """Noises that the readings allow, at shares of probability of shape and size, (m, 2).
 
-        The prior is uniform in ln σ, in the white share, and in artanh ρ, with ρ the correlation
-        over a step; artanh ρ is ½ ln ℓ for long correlations, and an estimate of it has the
-        variance 1/n for any ρ.
+        The prior is uniform in ln σ. Noise is white with a probability of ½; otherwise the prior is
+        uniform in the white share and in artanh ρ, with ρ the correlation over a step; artanh ρ is
+        ½ ln ℓ for long correlations, and an estimate of it has the variance 1/n for any ρ.
         """
         from scipy.special import gammaincinv
 
@@ -159,8 +159,8 @@ class NoiseEvidence:
             z = np.linspace(0.0, np.arctanh(np.exp(-self._step / self._longest)), _LENGTHS)
             lengths = -self._step / np.log(np.tanh(z[1:]))
             shares = np.arange(_SHARES) / _SHARES
-            # Without correlation all shares are white noise.
-            shapes = [Noise(1.0, 0.0)] * _SHARES
+            # White noise is as likely beforehand as all correlated noises together.
+            shapes = [Noise(1.0, 0.0)] * (_SHARES * lengths.size)
             shapes += [Noise(1.0, float(at), float(w)) for at in lengths for w in shares]
         found = {shape: self._of(shape) for shape in dict.fromkeys(shapes)}
         noises = [replace(shape, size=float(np.sqrt(found[shape][1]))) for shape in shapes]

@@ -193,7 +193,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     fitter.keep(ENDS)
     profiles, error = fitter.intervals(emulator, spread)
     signal, p_value = fitter.signal(emulator.best), _probability(fitter, emulator.least, degrees)
-    covariance = fitter.covariance(signal, derivatives)
+    covariance = fitter.covariance(fitter.projected(signal, derivatives))
     deviations = np.sqrt(np.diag(covariance))
     reason = why_to_sample(profiles, covariance / np.outer(deviations, deviations))
     fitter.keep(1.0)
