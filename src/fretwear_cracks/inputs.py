@@ -60,6 +60,10 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
         raise StressError(
             "a contact that slides over a stroke moves over the flat: its stresses are not computed"
         )
+    if setup.coating is not None:
+        raise StressError(
+            "the flat has a coating: stresses in a layer and its substrate are not computed"
+        )
     if not setup.slip_model.follows_shape:
         raise StressError(
             "slip_model cattaneo_mindlin has the slip of the unworn contact: its tractions between "

@@ -10,16 +10,23 @@ from scipy.linalg import expm, schur
 from scipy.special import j0, jv
 
 from fretwear.mechanics.contact.film import Film
-from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.grid import Grid, influence_coefficients
 from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
+from fretwear.mechanics.slip.models import Cerruti
+from fretwear.mechanics.surfaces.coating import ElasticLayer
+from fretwear.mechanics.surfaces.materials import ElasticBodies
+from fretwear.mechanics.wear.integrator import first_loading
 
-RADIUS, LOAD, STEEL, NU = 10e-3, 50.0, 208e9, 0.3
+from ..studies import near
+from .problems import STEEL, A, fretting
+
+RADIUS, LOAD, (YOUNG, NU) = 10e-3, 50.0, STEEL
 PAIRS = [(4.0, 0.2, 0.3), (0.25, 0.35, 0.3), (1.0, 0.5, 0.1), (30.0, 0.1, 0.45), (0.05, 0.49, 0.25)]
 
 
-def film(ratio, nu, thickness, substrate=NU, modulus=STEEL):
+def film(ratio, nu, thickness, substrate=NU, modulus=YOUNG):
     """A film of a Young's modulus over that of the substrate."""
     moduli = ratio * modulus / (2.0 * (1.0 + nu)), modulus / (2.0 * (1.0 + substrate))
     return Film(thickness, moduli, (nu, substrate))
@@ -117,7 +124,7 @@ def test_a_film_on_strips_adds_its_transform(way):
 
 def sphere(cells, body, *, rigid):
     """Peak pressure, approach and radius over those of Hertz without the film."""
-    modulus = STEEL / (1.0 - NU**2) / (1 if rigid else 2)
+    modulus = YOUNG / (1.0 - NU**2) / (1 if rigid else 2)
     radius = math.cbrt(0.75 * LOAD * RADIUS / modulus)
     half_space = cells(radius).half_space(modulus, replace(body, thickness=body.thickness * radius))
     x, y = np.meshgrid(half_space.geometry.x, half_space.geometry.y, indexing="ij")
@@ -193,10 +200,68 @@ def test_limits_of_a_film(cells, way):
         same = way == "normal" or type(cells) is Grid
         return displacement * (1.0 if same else coupling(nu) / coupling(NU))
 
-    bare, stiff = moved(STEEL, NU), moved(3.0 * STEEL, 0.2)
+    bare, stiff = moved(YOUNG, NU), moved(3.0 * YOUNG, 0.2)
     for body, expected in (
         (film(3.0, 0.2, 1e-12), bare),
         (film(1.0, NU, 0.1), bare),
         (film(3.0, 0.2, 1e12), stiff),
     ):
-        assert moved(STEEL, NU, body) == pytest.approx(expected, rel=1e-9)
+        assert moved(YOUNG, NU, body) == pytest.approx(expected, rel=1e-9)
+
+
+def tangential_contact(influence, bound, force):
+    """Traction and slip of |q| ≤ µp under a force, both per cell: the optimum of a dense program.
+
+    Cells begin stuck, slip where they bear more than their bound, and stick where slip reverses.
+    """
+    stuck = bound > 0.0
+    while True:
+        inside, traction = np.flatnonzero(stuck), np.where(stuck, 0.0, bound)
+        ones = np.ones((inside.size, 1))
+        matrix = np.block([[influence[np.ix_(inside, inside)], -ones], [ones.T, np.zeros((1, 1))]])
+        right = np.append(-(influence @ traction)[inside], force - traction.sum())
+        *traction[inside], shift = np.linalg.solve(matrix, right)
+        slip = shift - influence @ traction
+        now = np.where(stuck, traction < bound, slip < 0.0) & (bound > 0.0)
+        if (now == stuck).all():
+            assert traction.min() >= -bound.max()
+            return traction, np.where(stuck | (bound == 0.0), 0.0, slip)
+        stuck = now
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ratio", [0.3, 1.0, 3.0])
+@pytest.mark.parametrize("thickness", [0.1, 0.5])
+def test_partial_slip_on_a_film_is_that_of_a_dense_solution(ratio, thickness):
+    """The default of a sphere; a bound on |q| alone, without slip across the force."""
+    count = 24
+    problem = fretting(
+        count,
+        load_ratio=0.7,
+        bodies=ElasticBodies(*STEEL),
+        coating=ElasticLayer(thickness * A, ratio * STEEL[0], 0.25),
+        slip_model=Cerruti(),
+        extent=(1.4 * A, 1.4 * A),
+    )
+    state = first_loading(problem)
+    grid = state.geometry
+    nx, ny = grid.shape
+    weights = 1.0, 2.0 * problem.bodies.coupling - 1.0
+    shape = 2 * nx + 1, 2 * ny + 1
+    moved = problem.film.along_x(1.0)
+    kernel = influence_coefficients(shape, grid.spacing, problem.composite_modulus, weights, moved)
+    touched = np.flatnonzero(state.pressure)
+    i, j = np.divmod(touched, ny)
+    matrix = sum(
+        kernel[x, y]
+        for x in (abs(i[:, None] - i), i[:, None] + i + 1)
+        for y in (abs(j[:, None] - j), j[:, None] + j + 1)
+    )
+    bound = problem.friction_law.coefficient * state.pressure.ravel()[touched]
+    traction, slip = tangential_contact(matrix, bound, 0.7 * bound.sum())
+    area = grid.unit_area
+    found = problem.slip(state.reduced).ravel()[touched]
+    assert found.max() == near(slip.max(), rel=1e-3)
+    assert state.reduced.stick.sum() == (traction < bound).sum()
+    energy = 4.0 * area * (bound * slip).sum()
+    assert problem.dissipated_energy(state, grid) == near(energy, rel=1e-3)

@@ -46,6 +46,7 @@ from fretwear.study.discretisation import (
     STEPS_PER_ACCURACY,
     WIDEST,
     Discretisation,
+    unworn_peak,
 )
 from fretwear.study.keys import Keys, coordinate
 from fretwear.study.materials import MATERIAL
@@ -315,6 +316,29 @@ class Case(Setup):
         constant = self.at(self.cycles) is self and not self.blocks
         return constant and self.normal.holds_load and self.loading.is_force
 
+    # The coating.
+
+    @property
+    def coating_ratio(
+        self,
+    ) -> Annotated[
+        float, Quantity("1", r"$h_\mathrm{c}/a$", "thickness of the coating over contact radius")
+    ]:
+        """h/a, with the contact radius of the uncoated bodies; NaN without a coating."""
+        return math.nan if self.coating is None else self.coating.thickness / self.hertz_radius
+
+    @property
+    def coating_pressure_ratio(
+        self,
+    ) -> Annotated[
+        float,
+        Quantity("1", r"$p_\mathrm{c}/p_0$", "peak pressure over that of uncoated bodies"),
+    ]:
+        """Peak pressure of the unworn smooth bodies, over that without the coating; NaN if none."""
+        if self.film is None:
+            return math.nan
+        return unworn_peak(self, self.film) / unworn_peak(self, None)
+
     # Blocks of loading.
 
     def in_blocks(self) -> Iterator[tuple[float, Case | None]]:
@@ -415,6 +439,8 @@ class Case(Setup):
 
     def _coordinates(self) -> Coordinates:
         following = dict(derived(Case))
+        if self.coating is None:
+            del following["coating_ratio"], following["coating_pressure_ratio"]
         # What stands for members of which a default depends on the contact.
         solved = {"cell": self.grid_spacing, "slip_model": self.cells.solved_slip_model}
         # These are results if the other quantity of the loading is given.

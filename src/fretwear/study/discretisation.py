@@ -6,8 +6,13 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
+from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Geometry
+from fretwear.mechanics.contact.film import Film
 from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips
 from fretwear.mechanics.slip.models import Auto, Cerruti, Jaeger, SlipModel
@@ -55,6 +60,8 @@ LARGEST_ROUNDING = 1.1
 """Largest ratio of a length to itself rounded down to two digits."""
 # Largest half-width of the window, over the contact radius.
 _WINDOW = 1.28
+# Cells for the peak pressure of coated bodies reach so many contact radii, farther on a soft layer.
+_REACH, _CELLS_TO_REACH = 1.2, 200
 
 # Fitted to runs, with the costs of `fretwear.study.plan`.
 FOLDS_TO_LIMITING_STATE = 8.0
@@ -117,7 +124,8 @@ class Discretisation:
     @property
     def slip_varies(self) -> bool:
         """Whether slip depends on the direction from the middle of a round contact."""
-        return not self.slip_model.is_isotropic and self.setup.coupling != 1.0
+        varies = self.setup.coupling != 1.0 or self.setup.coating is not None
+        return varies and not self.slip_model.is_isotropic
 
     @cached_property
     def solved_slip_model(self) -> SlipModel:
@@ -400,6 +408,27 @@ class Discretisation:
             return 0.0
         worn = self.folds * cycle / self.cycles
         return _OF_DIRECTION * abs(self.setup.coupling - 1.0) / (1.0 + worn / _FORGOTTEN)
+
+
+def unworn_peak(setup: Setup, film: Film | None) -> float:
+    """Peak pressure, Pa, of the unworn smooth elastic bodies with a film on the flat.
+
+    A body without rotational symmetry counts as the sphere that sets its scales.
+    """
+    hertz, modulus = setup.hertz, setup.composite_modulus
+    wider = 1.0 if setup.film is None else setup.film.widening(modulus)
+    edges = np.linspace(0.0, _REACH * wider * hertz.contact_radius, _CELLS_TO_REACH + 1)
+    cells: Rings | Strips = Rings(tuple(edges.tolist()))
+    if isinstance(hertz, LineContact):
+        cells = Strips(cells.edges, hertz.reference)
+    x, y = cells.x[:, None], np.zeros((1, 1))
+    shape: Array = 0.5 * x**2 / hertz.radius
+    if setup.frame is LINE_CONTACT or setup.indenter.is_axisymmetric:
+        shape = setup.indenter.gap(x, y)
+    load, approach = setup.normal.given
+    bodies = cells.half_space(modulus, film)
+    contact = solve_contact(ContactProblem(bodies, shape, load, approach=approach))
+    return float(contact.pressure.max())
 
 
 def rounded_down(length: float, digits: int = 2) -> float:

@@ -25,6 +25,8 @@ SECONDS_ON_RINGS, SECONDS_ON_STRIPS = 6e-3, 3.5e-2
 SECONDS_ON_WINDOW, SECONDS_PER_CELL = 5e-3, 9e-7
 SECONDS_PER_CUBED_STRIP, SECONDS_PER_CUBED_CELL = 0.9e-8, 2.5e-11
 SECONDS_PER_CELL_OF_SNAPSHOT = 1.5e-6
+# Columns of coated contacts: thickness over contact radius, and peak pressure over the uncoated.
+_OF_COATINGS = {"h/a0": "coating_ratio", "p_max/p0": "coating_pressure_ratio"}
 # Steps of bodies that yield, friction in two directions, and a load that changes within a cycle
 # take so many times as long.
 TIMES_YIELDING, TIMES_COUPLED, TIMES_PULSATING = 1.7, 3.0, 14.0
@@ -171,19 +173,34 @@ class Plan:
     def header(self) -> tuple[str, ...]:
         """Return the titles of the columns of `rows`."""
         names = (axis.name for axis in self.study.axes)
-        return ("id", *names, "cells", "time", "memory")
+        return ("id", *names, *(title for title, _ in self._of_coatings), "cells", "time", "memory")
+
+    @cached_property
+    def _of_coatings(self) -> list[tuple[str, str]]:
+        """The columns of coated contacts, where there are any: title and attribute of a case."""
+        is_coated = any(case.coating is not None for case in self.study.cases().values())
+        return list(_OF_COATINGS.items()) if is_coated else []
 
     def rows(self) -> Iterator[tuple[str, ...]]:
         """Iterate over the points as text, varied values in the words of the file."""
         for point in self.points:
             labels = point.labels.values()
             if point.case is None:
-                yield ("(invalid)", *labels, "-", "-", point.mistake)
+                yield (
+                    "(invalid)",
+                    *labels,
+                    *("-" for _ in self._of_coatings),
+                    "-",
+                    "-",
+                    point.mistake,
+                )
                 continue
             cost = self.estimates[point.id]
+            ratios = (getattr(point.case, name) for _, name in self._of_coatings)
+            texts = ("-" if math.isnan(ratio) else f"{ratio:.3g}" for ratio in ratios)
             cells = f"{cost.cells_x} x {cost.cells_y}"
             time, memory = duration_text(cost.seconds), size_text(cost.memory_bytes)
-            yield (point.id, *labels, cells, time, memory)
+            yield (point.id, *labels, *texts, cells, time, memory)
 
 
 def write_points(study: Study, path: str | Path) -> None:

@@ -78,7 +78,16 @@ def rule(*members: str) -> Callable[[_Check], _Check]:
 _HERTZ = "indenter", "bodies", "normal"
 _UNWORN = *_HERTZ, "loading", "friction_law"
 # What the cells of a case follow.
-_CELLS = *_UNWORN, "wear_law", "slip_model", "cycles", "blocks", "frequency", "debris_fraction"
+_CELLS = (
+    *_UNWORN,
+    "wear_law",
+    "slip_model",
+    "cycles",
+    "blocks",
+    "frequency",
+    "debris_fraction",
+    "coating",
+)
 _SURFACES = "indenter", "roughness", "counterface"
 
 
@@ -183,6 +192,26 @@ def _of_local_energy(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
         yield Mistake("friction", None, rule, "write slip_model: cerruti")
     if follows and setup.junction_growth:
         yield Mistake("friction", None, "cannot follow the dissipated energy with junction_growth")
+
+
+@rule("indenter", "normal", "loading", "coating")
+def _of_coating(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
+    """What closed forms of uncoated bodies, or equal operators of pressure and traction, give."""
+    if setup.coating is None:
+        return
+    loading = setup.loading
+    if slip_model.couples or not slip_model.follows_shape:
+        rule = f"cannot be combined with slip_model: {slip_model.kind}"
+        yield Mistake("coating", None, rule, "write slip_model: cerruti")
+    if setup.normal.pulsating_load < 1.0 and not loading.stroke:
+        rule = "cannot be combined with pulsating_load in partial slip"
+        yield Mistake("coating", None, rule, "write sliding_amplitude for gross slip")
+    if isinstance(loading, DisplacementRatio):
+        rule = "is over the amplitude that slides the smooth contact, unknown with a coating"
+        yield Mistake(loading.kind, None, rule, "write displacement_amplitude")
+    elif isinstance(loading, Displacement) and not setup.frame.has_depth:
+        rule = "cannot be given for a coated line contact, whose compliance is unknown"
+        yield Mistake(loading.kind, None, rule, "write tangential_ratio")
 
 
 @rule(*_CELLS, *_SURFACES, "plastic_limit", "junction_growth", "bulk_stress")

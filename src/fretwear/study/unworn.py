@@ -12,8 +12,10 @@ def unworn(case: Case) -> dict[str, float]:
     """Return results, SI units, of the smooth elastic contact of a case before wear, by name.
 
     They follow Hertz, Cattaneo and Mindlin. What has no closed form, such as the energy of bodies
-    other than a sphere or cylinder, is left out.
+    other than a sphere or cylinder, is left out; so is everything of coated bodies.
     """
+    if case.coating is not None:
+        return {}
     hertz, sizes = case.hertz, case.indenter.half_widths
     if case.wears_unevenly:
         hertz = hertz.with_load(case.load_at(0.0))  # in the middle of the stroke

@@ -41,6 +41,7 @@ _NEAR, _LEAST_NEAR, _MOST_NEAR, _PER_CELL, _IN_ITSELF, _PLACES = 8.0, 24, 64, 4,
 # Panels of the waves of rings at most.
 _MOST_PANELS = 300
 
+_legendre = lru_cache(np.polynomial.legendre.leggauss)
 _Transform = Literal["radial", "twisted", "line"]
 # Powers of the distance by which transforms fall at last.
 _POWERS: dict[_Transform, tuple[int, int]] = {"radial": (3, 5), "twisted": (2, 3), "line": (2, 4)}
@@ -105,6 +106,13 @@ class Film:
         long, short = self._response(transform)(np.array([0.0, 1e3])) / self.per
         return float(long - short)
 
+    def widening(self, modulus: float) -> float:
+        """Largest width of a line contact over that without the film; 1 if the film is stiffer.
+
+        ``modulus`` is E* of the bodies without the film, Pa.
+        """
+        return math.sqrt(max(1.0, 1.0 - 0.5 * modulus * self.rise("radial")))
+
     # What the film adds to the influence of cells of a half-space as of the substrate.
 
     def on_cells(self, shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
@@ -153,14 +161,14 @@ class Film:
             values = self._rest(transform, np.hypot(x, y))
             return _turned(transform, values, x, y)
 
-        nodes, weights = np.polynomial.legendre.leggauss(_PER_CELL)
+        nodes, weights = _legendre(_PER_CELL)
         x, y = (
             (np.arange(n)[:, None] + 0.5 * nodes) * d for n, d in zip(shape, spacing, strict=True)
         )
         values = rest(x[:, :, None, None], y)
         means = np.einsum("iajb,a,b->ij", values, 0.5 * weights, 0.5 * weights)
         # The cell itself, by a quarter whose nodes are dense at the middle.
-        nodes, weights = np.polynomial.legendre.leggauss(_IN_ITSELF)
+        nodes, weights = _legendre(_IN_ITSELF)
         parts = (0.5 + 0.5 * nodes) ** 3
         weights = 1.5 * weights * np.cbrt(parts) ** 2
         own = rest(0.5 * spacing[0] * parts[:, None], 0.5 * spacing[1] * parts)
@@ -242,7 +250,7 @@ def _below(x: Array, y: Array, depth: float) -> Array:
 def _nodes(largest: float, distance: float) -> tuple[Array, Array]:
     """Nodes and weights of an integral over wavenumbers of what oscillates over a distance."""
     count = math.ceil(largest * distance / _PHASE)
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    nodes, weights = _legendre(_NODES)
     half = 0.5 * largest / count
     waves = half * (nodes + 1.0) + 2.0 * half * np.arange(count)[:, None]
     return waves.ravel(), np.tile(half * weights, count)

@@ -189,6 +189,10 @@ class Jaeger(SlipModel):
     caption: ClassVar[str] = "slip of the worn shape"
     follows_shape: ClassVar[bool] = True
 
+    def sheared_bodies(self, setup: Setup, half_space: HalfSpace) -> HalfSpace:
+        """The bodies under tractions: as under a pressure, unless the flat has a coating."""
+        return half_space.alike(setup.coupling)
+
     def reduced(
         self, setup: Setup, pressed: Pressed, start: ReducedContact | None = None
     ) -> ReducedContact:

@@ -9,6 +9,8 @@ import numpy as np
 from pydantic.dataclasses import dataclass
 
 from fretwear.arrays import Array
+from fretwear.mechanics.contact.film import Film
+from fretwear.mechanics.surfaces.coating import Coating
 from fretwear.mechanics.values import OverCycles
 from fretwear.quantity import MATERIALS, Part, Quantity, pair
 from fretwear.theory import composite_modulus, coupling_ratio
@@ -34,6 +36,11 @@ class Bodies(Part):
     def coupling_weighing(self, weight: float) -> float:
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return self.coupling
+
+    def covered(self, coating: Coating) -> Film:
+        """The film of a coating on the flat, here on one of two equal bodies."""
+        nu = self.contraction
+        return coating.film(self.composite_modulus * (1.0 - nu), nu)
 
 
 @dataclass(frozen=True)
@@ -87,6 +94,11 @@ class ElasticBodies(Bodies):
     def coupling_weighing(self, weight: float) -> float:
         """κ in a contact in which Poisson's ratio has a given weight, 1/2 for a circle."""
         return coupling_ratio(*self._constants, weight)
+
+    def covered(self, coating: Coating) -> Film:
+        """The film of a coating on the flat."""
+        _, _, modulus, nu = self._constants
+        return coating.film(0.5 * modulus / (1.0 + nu), nu)
 
     @cached_property
     def dundurs_beta(self) -> float:  # type: ignore[override]

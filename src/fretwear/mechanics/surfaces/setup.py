@@ -14,6 +14,8 @@ from math import inf, isfinite, sqrt
 from typing import Annotated, Any, Self, TypeVar
 
 from fretwear.arrays import Array, Even
+from fretwear.mechanics.contact.film import Film
+from fretwear.mechanics.surfaces.coating import Coating
 from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.laws import Means, WearLaw
 from fretwear.mechanics.surfaces.loading import SMALL_STROKE, Loading, Sliding
@@ -88,6 +90,17 @@ class Setup:
         ),
         "Roughness of the other body, if both are rough.",
     ] = None
+    coating: Annotated[
+        Coating | None,
+        PartOf(
+            Coating,
+            "coating",
+            none="uncoated",
+            like="{thickness: 3 um, youngs_modulus: 400 GPa, poisson_ratio: 0.2}",
+            is_second=True,
+        ),
+        "Elastic layer on the flat, whose own parameters are then those of the substrate.",
+    ] = None
     frequency: Annotated[
         float | None,
         Quantity("s-1", "$f$", "frequency", "Hz", like="5 Hz", gt=0.0),
@@ -158,6 +171,11 @@ class Setup:
     def composite_modulus(self) -> float:
         """E* in Pa."""
         return self.bodies.composite_modulus
+
+    @cached_property
+    def film(self) -> Film | None:
+        """The elastic film on the flat; None if it has no coating."""
+        return None if self.coating is None else self.bodies.covered(self.coating)
 
     @cached_property
     def coupling(self) -> float:

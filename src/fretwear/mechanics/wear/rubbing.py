@@ -149,7 +149,7 @@ class Rubbing:
         self.places, self.weights = positions(problem)
         reach = problem.loading.travel
         self.loads = [problem.load_at(place / reach if reach else 0.0) for place in self.places]
-        modulus = problem.composite_modulus
+        modulus, film = problem.composite_modulus, problem.film
         # Displacement by the distance along x, and by the rows of both cells.
         if problem.geometry.plane_strain:
             assert isinstance(problem.hertz, LineContact)
@@ -157,11 +157,12 @@ class Rubbing:
             self.geometry: Geometry = Strips(tuple(edges.tolist()), reference)
             if not is_even:
                 self.geometry = Row(shape, problem.spacing, (False, True), reference)
-            self.influence = influence_of_cell(count, size, reference, modulus)[:, None, None]
+            self.influence = influence_of_cell(count, size, reference, modulus, film)[:, None, None]
             self.area, self.y = size, np.zeros(1)
         else:
             self.geometry = Grid(shape, problem.spacing, problem.even)
-            love = influence_coefficients((count, 2 * self.rows), problem.spacing, modulus)
+            shape = count, 2 * self.rows
+            love = influence_coefficients(shape, problem.spacing, modulus, film=film)
             row = np.arange(self.rows)
             self.influence = love[:, abs(row[:, None] - row)] + love[:, row[:, None] + row + 1]
             self.area, self.y = 2.0 * size * problem.spacing[1], self.geometry.y

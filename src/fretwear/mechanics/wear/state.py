@@ -77,7 +77,7 @@ class WearProblem(Setup):
 
     def half_space(self, geometry: Geometry) -> HalfSpace:
         """The elastic bodies on the cells of a geometry."""
-        return geometry.half_space(self.composite_modulus)
+        return geometry.half_space(self.composite_modulus, self.film)
 
     def unworn(self, geometry: Geometry) -> Array:
         """Gap at zero load and zero approach, m, on the cells of a geometry."""

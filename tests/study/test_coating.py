@@ -1,0 +1,107 @@
+"""A coating of the flat in a case: what it goes with, its place in plans, ids and files."""
+
+import math
+
+import pytest
+
+import fretwear
+from fretwear.mechanics.contact.grid import Grid
+from fretwear.mechanics.slip.models import Cerruti
+from fretwear.study.case import Case, CaseError
+from fretwear.study.plan import Plan
+from fretwear.study.reading import load_study
+from fretwear_cracks import StressError
+
+from ..studies import base, near, steel, two_loads, write_study
+
+HARD = {"thickness": "15 um", "youngs_modulus": "500 GPa", "poisson_ratio": 0.2}
+
+
+def test_without_a_coating_nothing_changes():
+    assert steel(coating="none").case_id == steel().case_id
+    assert "coating" not in "".join(steel().scalar_coordinates())
+    assert math.isnan(steel().coating_pressure_ratio)
+
+
+def test_a_coating_is_in_the_id_and_the_coordinates():
+    coated = steel(coating=HARD)
+    assert coated.case_id != steel().case_id != steel(coating={**HARD, "thickness": "9 um"}).case_id
+    assert Case(**coated.canonical_parameters()).case_id == coated.case_id
+    found = coated.scalar_coordinates()
+    assert found["coating_thickness"][0] == near(15e-6)
+    assert found["coating_ratio"][0] == near(15e-6 / coated.hertz_radius)
+
+
+def test_slip_on_a_coating_has_a_direction_whatever_the_materials():
+    case = steel(coating=HARD, poisson_ratio=0.0)
+    assert case.cells.geometry is Grid
+    assert isinstance(case.cells.solved_slip_model, Cerruti)
+
+
+@pytest.mark.parametrize(
+    ("indenter", "load", "expected"),
+    [
+        # By an independent solution on rings, and on strips of an own program.
+        ({"kind": "sphere", "radius": "10 mm"}, "50 N", 1.1641),
+        ({"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "10.001 mm"}, "50 N", 1.1641),
+    ],
+)
+def test_the_pressure_ratio_is_that_of_a_sphere(indenter, load, expected):
+    case = steel(radius=None, indenter=indenter, load=load)
+    coating = {"thickness": case.hertz_radius, "youngs_modulus": 2 * 208e9, "poisson_ratio": 0.25}
+    assert case.replace(coating=coating).coating_pressure_ratio == near(expected, rel=5e-4)
+
+
+CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "18 N/mm"}
+
+
+@pytest.mark.parametrize(
+    ("given", "key", "rule"),
+    [
+        ({"slip_model": "coupled"}, "coating", "slip_model: coupled"),
+        ({"slip_model": "cattaneo_mindlin"}, "coating", "slip_model: cattaneo_mindlin"),
+        ({"pulsating_load": 0.9, "slip_model": "jaeger"}, "coating", "pulsating_load in partial"),
+        ({"tangential_ratio": None, "displacement_ratio": 0.5}, "displacement_ratio", "unknown"),
+        (
+            {
+                **CYLINDER,
+                "tangential_ratio": None,
+                "displacement_amplitude": "1 um",
+                "tangential_compliance": "0.1 um/(N/mm)",
+            },
+            "displacement_amplitude",
+            "compliance is unknown",
+        ),
+    ],
+)
+def test_what_a_coating_excludes_is_refused(given, key, rule):
+    with pytest.raises(CaseError) as refused:
+        steel(coating=HARD, **given)
+    (mistake,) = refused.value.mistakes
+    assert mistake.key == key
+    assert rule in mistake.rule
+    steel(**given)
+
+
+def test_every_mistake_of_a_coating_is_reported():
+    with pytest.raises(CaseError) as refused:
+        steel(coating={"thickness": "0 um", "youngs_modulus": "400 N", "hardness": 1})
+    keys = {mistake.key for mistake in refused.value.mistakes}
+    assert keys >= {"coating.thickness", "coating.youngs_modulus", "coating.hardness"}
+    assert "coating.poisson_ratio" in keys
+
+
+def test_a_plan_shows_how_thick_and_how_stiff_a_coating_is(tmp_path):
+    varied = {"coating.thickness": ["15 um", "30 um"]}
+    file = write_study(tmp_path / "study.yaml", two_loads(base=base(coating=HARD), vary=varied))
+    plan = Plan(load_study(file))
+    header, (thin, thick) = plan.header(), plan.rows()
+    ratio, pressure = header.index("h/a0"), header.index("p_max/p0")
+    assert float(thick[ratio]) == near(2.0 * float(thin[ratio]), rel=0.01)
+    assert float(thin[pressure]) > 1.0
+
+
+def test_stresses_below_a_coating_are_refused():
+    case = steel(coating=HARD, slip_model="jaeger", cycles=1, error_estimate=False)
+    with pytest.raises(StressError, match="the flat has a coating"):
+        fretwear.stress(fretwear.simulate(case))
