@@ -53,7 +53,7 @@ def window(case: Case, width: float) -> Window:
         cells_y = math.ceil(WINDOW_MARGIN * case.cells.scar_half_width / dy)
     places, matrix = 1.0, 0.0
     if case.loading.travel > case.small_stroke:
-        of_ends = min(stroke / dx, 12.0) if geometry in (Strips, Row) else 4.0
+        of_ends = min(3.0 * stroke / dx, 36.0) if geometry in (Strips, Row) else 4.0
         places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius, of_ends)
     if geometry in (Strips, Row):
         # Strips over a stroke, and rough and uneven ones, have matrices and equal widths.

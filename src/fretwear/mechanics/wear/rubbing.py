@@ -38,8 +38,8 @@ if TYPE_CHECKING:
 # rounded edge of a line contact and per wave.
 _LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_EDGE, _PER_WAVE = 4, 2.0, 4.0, 6.0
 _MOST_FOR_EDGE = {POINT_CONTACT: 0, LINE_CONTACT: 24}
-# Contacts end at other places of the indenter at each position: so many over half a stroke.
-_MOST_FOR_ENDS = {POINT_CONTACT: 0, LINE_CONTACT: 12}
+# Contacts end at other places of the indenter at each position: so many per cell and half a stroke.
+_ENDS_PER_CELL, _MOST_FOR_ENDS = 3.0, {POINT_CONTACT: 0, LINE_CONTACT: 36}
 # Points per cell at which the way between two positions is sampled.
 _PER_CELL = 2.0
 _LARGEST_SWEEPS = 200
@@ -65,7 +65,7 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
     # A peak of pressure at an edge wears at each position.
     of_edge = _PER_EDGE * amplitude / problem.indenter.edge(problem.hertz)
     cells = amplitude / problem.spacing[0]
-    of_ends = min(cells, _MOST_FOR_ENDS[problem.frame])
+    of_ends = min(_ENDS_PER_CELL * cells, _MOST_FOR_ENDS[problem.frame])
     least = max(_LEAST_POSITIONS, min(of_edge, _MOST_FOR_EDGE[problem.frame]), of_waves, of_ends)
     count = max(least, _PER_HALF_WIDTH * amplitude / half_width)
     if count <= cells * (1.0 + 1e-9):
