@@ -159,12 +159,12 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
         worn_x, worn = line["x"].values, line.values
     if kind == LOOP:
         loop, parts = run(case).loops.isel(cycle=-1), []
-        for name, noise, unit in zip(
+        for name, scatter, unit in zip(
             ("displacement", "force"), LOOP_NOISE, (1e6, 1.0), strict=True
         ):
             whole = loop[name].values
             few = np.interp(np.linspace(0, whole.size - 1, 90), np.arange(whole.size), whole)
-            parts.append(unit * (few + noise * (generator.normal(size=90) + 3.0)))
+            parts.append(unit * (few + scatter * (generator.normal(size=90) + 3.0)))
         write_readings(folder / "loop.csv", "displacement (um),force (N)", parts)
         noises = {"noise": f"{LOOP_NOISE[0]} m", "force_noise": f"{LOOP_NOISE[1]} N"}
         data.append({"file": "loop.csv", "quantity": "loop"} | noises)
