@@ -5,6 +5,7 @@ import math
 import re
 import shutil
 from io import StringIO
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -16,7 +17,14 @@ import xarray as xr
 import fretwear
 from fretwear.data.atomic import DataFileError
 from fretwear.data.effects import results_table
-from fretwear.data.files import MERGED_PROFILES, open_case, open_history, open_summary, write_case
+from fretwear.data.files import (
+    MERGED_PROFILES,
+    open_case,
+    open_history,
+    open_summary,
+    reading,
+    write_case,
+)
 from fretwear.data.merge import Tally, check_belongs, merge_study
 from fretwear.data.stack import (
     NOT_DONE,
@@ -343,6 +351,29 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
         assert line.startswith(str(path))
         assert problem in line
     assert not (tmp_path / "summary.nc").exists()
+
+
+def test_cases_of_one_code_share_the_headers_of_one_and_their_units_are_those_of_the_format(
+    make_study, loads, monkeypatch, tmp_path
+):
+    study, cases, opened = make_study(LOADS), tmp_path / "cases", []
+    shutil.copytree(loads / "cases", cases)
+
+    def read_by_the_library(path):
+        opened.append(path)
+        return reading(path)
+
+    monkeypatch.setattr("fretwear.data.files.reading", read_by_the_library)
+    merge_study(study, cases, tmp_path / "summary.nc")
+    assert len(opened) == 1
+    first, second, *_ = (cases / f"{name}.nc" for name in study.cases())
+    for path, code in ((first, {}), (second, {"code_digest": "0"})):
+        with netCDF4.Dataset(path, "a") as file:
+            file.setncatts(code)
+            file["wear_volume"].units = "mm3"
+    with pytest.raises(DataFileError) as error:
+        merge_study(study, cases, tmp_path / "summary.nc", keep_older=True)
+    assert str(error.value).count("wear_volume is in mm3") == 2
 
 
 def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(

@@ -7,11 +7,11 @@ of later ones, which have more, therefore open as well.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import h5py
 import netCDF4
@@ -34,6 +34,7 @@ from fretwear.results import (
     STATUS,
     STEP,
     SYMMETRIES,
+    WARNINGS,
     X,
     Y,
 )
@@ -42,9 +43,8 @@ from fretwear.variable import Variable
 if TYPE_CHECKING:
     from fretwear.study.case import Case
 
-Variables: TypeAlias = dict[str, xr.Variable]
-
 HISTORY_GROUP, LOOP_GROUP = "history", "loop"
+_GROUPS = {HISTORY_GROUP, LOOP_GROUP}
 
 _FIELDS = {field.name: field for field in FIELDS}
 MERGED_PROFILES: Mapping[str, Variable] = {
@@ -59,6 +59,12 @@ MERGED_PROFILES: Mapping[str, Variable] = {
 
 MERGED_HISTORIES = (CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangential_force")
 """Histories in a merged study."""
+
+# What a merged study has of a case: arrays by their names in its file, and attributes.
+_PROFILES = {field.name for field in MERGED_PROFILES.values()}
+_HISTORIES = {f"{HISTORY_GROUP}/{name}" for name in MERGED_HISTORIES}
+_MERGED = {CASE_ID.name, CODE_DIGEST.name, WARNINGS.name, "source", "symmetry"}
+_MERGED |= {"complete", "format_version"}
 
 _FILTERS: Mapping[str, object] = {"zlib": True, "complevel": 1, "shuffle": True}
 _FIRST_CHUNKED = 256
@@ -158,6 +164,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     dataset = open_group(path)
     try:
         _check_case(Path(path), dataset.attrs, dataset.variables)
+        _check(Path(path), dataset)
     except DataFileError:
         dataset.close()
         raise
@@ -166,61 +173,120 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     return dataset.fretwear.full() if full else dataset
 
 
-def _check_case(
-    path: Path, attributes: Mapping[str, object], variables: Mapping[Any, xr.Variable]
-) -> None:
-    """Raise a `DataFileError` unless these are the contents of a file of one case."""
-    if CASE_ID.name not in attributes or STATUS.name in variables:
+def _check_case(path: Path, attributes: Mapping[str, object], names: Collection[Any]) -> None:
+    """Raise a `DataFileError` unless a file has the attributes and variables of one case."""
+    if CASE_ID.name not in attributes or STATUS.name in names:
         raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
     # Only datasets of the first format, saved by xarray, may lack the attribute.
     if attributes.get("complete", 0 if "format_version" in attributes else 1) != 1:
         raise DataFileError(path, "the run that wrote it did not finish", RUN_AGAIN)
-    if lacking := [n for n in (CYCLE.name, X.name, "pressure") if n not in variables]:
+    if lacking := [n for n in (CYCLE.name, X.name, "pressure") if n not in names]:
         raise DataFileError(path, f"it lacks {', '.join(lacking)}", RUN_AGAIN)
     if attributes.get("symmetry") not in SYMMETRIES:
         raise DataFileError(path, f"its symmetry is none of {', '.join(SYMMETRIES)}", RUN_AGAIN)
-    _check_axes_and_units(path, variables)
 
 
-def _check_axes_and_units(path: Path, variables: Mapping[Any, xr.Variable]) -> None:
-    for axis in {CYCLE.name, X.name, Y.name} & variables.keys():
-        values = variables[axis].values
+def _check_axes(path: Path, arrays: Mapping[Any, ArrayLike]) -> None:
+    for axis in {CYCLE.name, X.name, Y.name} & arrays.keys():
+        values = np.asarray(arrays[axis])
         if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
             raise DataFileError(path, f"{axis} does not increase from value to value", RUN_AGAIN)
-    for name in RESULTS.keys() & variables.keys():
-        units = variables[name].attrs.get("units", "")
+
+
+def _check_units(path: Path, attributes: Mapping[str, Mapping[str, Any]]) -> None:
+    for name in RESULTS.keys() & attributes.keys():
+        units = attributes[name].get("units", "")
         if units != (expected := RESULTS[name].in_units(units).si_unit):
             fault = f"{name} is in {units or 'no unit'}, not in {expected or 'any'}"
             raise DataFileError(path, fault, RUN_AGAIN)
 
 
-def read_case(path: str | os.PathLike[str]) -> tuple[dict[str, Any], Variables, Variables]:
-    """Read what a merged study has of a case: attributes, results, and the history.
+def _check(path: Path, dataset: xr.Dataset) -> None:
+    """Raise a `DataFileError` unless axes and units of a dataset that was opened are sound."""
+    _check_axes(path, dataset.variables)
+    _check_units(path, {str(name): each.attrs for name, each in dataset.variables.items()})
 
-    Results are scalars and the fields of `MERGED_PROFILES` on the line of cells nearest y = 0.
-    Most of the time goes into opening the file. Raises the errors of `open_case`.
+
+class Header(NamedTuple):
+    """What describes the values of a variable of a file."""
+
+    dims: tuple[str, ...]
+    attributes: Mapping[str, Any]
+
+
+Headers: TypeAlias = dict[tuple[str, str], Header]
+"""Headers by the digest of the code that wrote the file, and the name of the variable."""
+
+
+def read_case(
+    path: str | os.PathLike[str], headers: Headers
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """Read what a merged study has of a case: attributes, and arrays by name.
+
+    These are scalars, the fields of `MERGED_PROFILES` on the line of cells nearest y = 0, and the
+    `MERGED_HISTORIES`, named ``history/cycle``. Files of one code have the same `headers`, which
+    this completes: the netCDF library takes ten times as long to read them as h5py the arrays.
+    Raises the errors of `open_case`.
     """
-    profiles = {field.name for field in MERGED_PROFILES.values()}
+    with _hdf5(path) as file:
+        stored = file.attrs
+        attributes = {name: _attribute(stored[name]) for name in _MERGED & {*stored}}
+        history = (name for name in _HISTORIES if name in file)
+        names = [*(name for name in file if name not in _GROUPS), *history]
+        _check_case(Path(path), attributes, names)
+        code = attributes.get(CODE_DIGEST.name, str(path))
+        if any((code, name) not in headers for name in names):
+            headers.update(((code, name), header) for name, header in _read_headers(path))
+        kept = _HISTORIES | _PROFILES
+        arrays = {
+            name: _array(file, name)
+            for name in names
+            if name in kept or len(headers[code, name].dims) == 1
+        }
+    _check_axes(Path(path), arrays)
+    if Y.name in arrays:
+        middle = int(np.abs(arrays[Y.name]).argmin())
+        for name in _PROFILES & arrays.keys():
+            arrays[name] = arrays[name][..., middle].copy()
+    return attributes, arrays
+
+
+def _array(file: h5py.File, name: str) -> NDArray[Any]:
+    """Read an array in a third of the time that ``file[name][()]`` takes."""
+    stored = h5py.h5d.open(file.id, name.encode())
+    values = np.empty(stored.shape, stored.dtype)
+    stored.read(h5py.h5s.ALL, h5py.h5s.ALL, values)
+    return values
+
+
+def _attribute(stored: Any) -> Any:
+    if isinstance(stored, h5py.Empty):
+        return ""
+    (value,) = np.ravel(stored)
+    return value.decode() if isinstance(value, bytes) else value
+
+
+def _read_headers(path: str | os.PathLike[str]) -> Iterator[tuple[str, Header]]:
     with reading(path), netCDF4.Dataset(path) as file:
-        file.set_auto_maskandscale(False)
-        middle = int(np.abs(file[Y.name][:]).argmin()) if Y.name in file.dimensions else 0
-        attributes, results, history = vars(file), {}, {}
-        for name, stored in file.variables.items():
-            if name in profiles or stored.dimensions in ((CYCLE.name,), (X.name,)):
-                results[name] = _read(stored, middle)
-        for name, stored in file[HISTORY_GROUP].variables.items():
-            if name in MERGED_HISTORIES:
-                history[name] = _read(stored)
-    _check_case(Path(path), attributes, results)
-    return attributes, results, history
+        _check_units(Path(path), {name: vars(v) for name, v in file.variables.items()})
+        for place, group in (("", file), (f"{HISTORY_GROUP}/", file[HISTORY_GROUP])):
+            for name, stored in group.variables.items():
+                about = {n: value for n, value in vars(stored).items() if n not in _OF_ENCODING}
+                yield f"{place}{name}", Header(stored.dimensions, about)
 
 
-def _read(stored: netCDF4.Variable[Any], middle: int = 0) -> xr.Variable:
-    """Read a variable, at one place of the axis y."""
-    dims = [dim for dim in stored.dimensions if dim != Y.name]
-    values = stored[tuple(middle if dim == Y.name else slice(None) for dim in stored.dimensions)]
-    about = {name: value for name, value in vars(stored).items() if name not in _OF_ENCODING}
-    return xr.Variable(dims, values, about)
+@contextmanager
+def _hdf5(path: str | os.PathLike[str]) -> Iterator[h5py.File]:
+    """Open a file by h5py, in a fiftieth of the time that the netCDF library takes.
+
+    `DataFileError` if it is missing or damaged.
+    """
+    try:
+        with h5py.File(path) as file:
+            yield file
+    except (OSError, RuntimeError) as cause:
+        fault = "it is damaged" if Path(path).is_file() else "there is no such file"
+        raise DataFileError(Path(path), f"{fault} ({cause})", RUN_AGAIN) from cause
 
 
 def read_arrays(
@@ -228,15 +294,10 @@ def read_arrays(
 ) -> dict[str, NDArray[Any]]:
     """Read some rows of arrays of a case file; those that it lacks are left out.
 
-    The library h5py opens a file in a fiftieth of the time that the netCDF library takes.
     `DataFileError` if the file is missing or damaged.
     """
-    try:
-        with h5py.File(path) as file:
-            return {name: file[name][rows] for name in names if name in file}
-    except OSError as cause:
-        fault = "it is damaged" if Path(path).is_file() else "there is no such file"
-        raise DataFileError(Path(path), f"{fault} ({cause})", RUN_AGAIN) from cause
+    with _hdf5(path) as file:
+        return {name: file[name][rows] for name in names if name in file}
 
 
 def finished_by(path: str | os.PathLike[str], case: Case) -> str | None:
@@ -260,6 +321,7 @@ def open_history(path: str | os.PathLike[str]) -> xr.Dataset:
             history = open_group(path, HISTORY_GROUP).set_coords(CYCLE.name)
             return history.assign_coords(whole.drop_vars([CYCLE.name, X.name]).coords)
         _check_case(Path(path), whole.attrs, whole.variables)
+        _check(Path(path), whole)
         with suppress(DataFileError):
             return open_group(path, HISTORY_GROUP)
         # A dataset saved by xarray has no history, only snapshots.
@@ -282,7 +344,7 @@ def open_summary(path: str | os.PathLike[str]) -> xr.Dataset:
     try:
         if STATUS.name not in dataset or CYCLE.name not in dataset:
             raise DataFileError(path, "it is not a merged study", remedy)
-        _check_axes_and_units(path, dataset.variables)
+        _check(path, dataset)
     except DataFileError:
         dataset.close()
         raise

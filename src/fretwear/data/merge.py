@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -18,9 +18,11 @@ from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import (
     HISTORY_GROUP,
+    MERGED_HISTORIES,
     MERGED_PROFILES,
     RUN_AGAIN,
-    Variables,
+    Header,
+    Headers,
     read_case,
     write_groups,
 )
@@ -48,6 +50,7 @@ if TYPE_CHECKING:
     from fretwear.study.study import Study
 
 _MOST_SOURCES = 10
+Arrays: TypeAlias = dict[str, NDArray[Any]]
 
 
 class Tally(NamedTuple):
@@ -85,7 +88,7 @@ def merge_study(
     """
     points = [(point.id, point.case) for point in study.points()]
     names = {point.id: point.words for point in study.points()}
-    rows, histories, errors = dict[int, Variables](), dict[int, Variables](), list[DataFileError]()
+    rows, headers, errors = dict[int, Arrays](), Headers(), list[DataFileError]()
     stored: list[Mapping[str, Any]] = [{} for _ in points]  # attributes
     status = np.full(len(points), PointStatus.INVALID, STATUS.dtype)
     for number, (case_id, case) in enumerate(points):
@@ -95,11 +98,12 @@ def merge_study(
         status[number] = PointStatus.DONE if file.exists() else PointStatus.FAILED
         if file.exists():
             try:
-                stored[number], row, histories[number] = _read_case(file, case, keep_older)
+                stored[number], row = _read_case(file, case, keep_older, headers)
                 for section in study.added.values():
-                    extra = section.extra_results(file, row[CYCLE.name].values, tell)
+                    extra = section.extra_results(file, row[CYCLE.name], tell)
                     for each, values in extra.items():
-                        row[each.name] = xr.Variable((CYCLE.name,), values, each.attributes)
+                        row[each.name] = values
+                        headers["", each.name] = Header((CYCLE.name,), each.attributes)
                 rows[number] = row
             except DataFileError as error:
                 errors.append(error)
@@ -110,19 +114,34 @@ def merge_study(
         fault = f"not written, because no case of the study is done in {cases}"
         remedy = "Run the study; if it was run, its log says why every case failed"
         raise DataFileError(Path(path), fault, remedy)
-    x = common_positions([row[X.name].values for row in rows.values()])
-    cycles = np.unique(np.concatenate([row[CYCLE.name].values for row in rows.values()]))
+    x = common_positions([row[X.name] for row in rows.values()])
+    cycles = np.unique(np.concatenate([row[CYCLE.name] for row in rows.values()]))
     axes = {
         CYCLE.name: xr.Variable((CYCLE.name,), cycles, CYCLE.attributes),
         X.name: xr.Variable((X.name,), x, X.attributes),
     }
-    places = {n: np.searchsorted(cycles, row[CYCLE.name].values) for n, row in rows.items()}
-    rows = {number: _on_positions(row, x) for number, row in rows.items()}
-    summary = _side_by_side(study, rows, places, axes)
+    places = {n: np.searchsorted(cycles, row[CYCLE.name]) for n, row in rows.items()}
+    about = {name: header for (_, name), header in headers.items()}
+    scalars = {n: each for n, each in about.items() if each.dims == (CYCLE.name,) and n not in axes}
+    profiles = {
+        name: Header((CYCLE.name, X.name), _profile_attributes(field))
+        for name, field in MERGED_PROFILES.items()
+    }
+    for row in rows.values():
+        for name, field in MERGED_PROFILES.items():
+            if field.name in row:
+                row[name] = resampled(row[field.name], [row[X.name]], [x], field.outside)
+    summary = _side_by_side(study, rows, places, scalars | profiles, axes)
+    of_steps = {name: f"{HISTORY_GROUP}/{name}" for name in MERGED_HISTORIES}
+    histories = {
+        number: {name: row[stored] for name, stored in of_steps.items() if stored in row}
+        for number, row in rows.items()
+    }
     accepted = {n: np.arange(history[CYCLE.name].size) for n, history in histories.items()}
     steps = max(accepted.values(), key=np.size).astype(STEP.dtype)
     step = {STEP.name: xr.Variable((STEP.name,), steps, STEP.attributes)}
-    history = _side_by_side(study, histories, accepted, step)
+    over_steps = {name: about[stored] for name, stored in of_steps.items() if stored in about}
+    history = _side_by_side(study, histories, accepted, over_steps, step)
     flags = {
         "long_name": STATUS.words,
         "flag_values": np.array(list(PointStatus), STATUS.dtype),
@@ -166,13 +185,13 @@ def merge_study(
 
 
 def _read_case(
-    path: Path, case: Case, keep_older: bool
-) -> tuple[dict[str, Any], Variables, Variables]:
+    path: Path, case: Case, keep_older: bool, headers: Headers
+) -> tuple[dict[str, Any], Arrays]:
     """Read a case at its snapshots; `DataFileError` if it cannot be used."""
-    attributes, results, history = read_case(path)
+    attributes, arrays = read_case(path, headers)
     if (other := attributes[CASE_ID.name]) != case.case_id:
         raise DataFileError(path, f"it holds another case, {other}", RUN_AGAIN)
-    cycles, asked = results[CYCLE.name].values, np.array(case.output_cycles, np.float64)
+    cycles, asked = arrays[CYCLE.name], np.array(case.output_cycles, np.float64)
     if lacking := sorted({*asked} - {*cycles}):
         numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
         raise DataFileError(path, f"it has no snapshot at cycle {numbers}", RUN_AGAIN)
@@ -180,9 +199,11 @@ def _read_case(
         fault = "it was computed by another version of the code (its code_digest differs)"
         raise DataFileError(path, fault, "Run the case again, or keep it with --keep-older")
     if asked.size < cycles.size:
-        at = {CYCLE.name: np.searchsorted(cycles, asked)}
-        results = {name: each.isel(at, missing_dims="ignore") for name, each in results.items()}
-    return attributes, results, history
+        at = np.searchsorted(cycles, asked)
+        code = attributes.get(CODE_DIGEST.name, str(path))
+        over_cycles = [n for n in arrays if headers[code, n].dims[0] == CYCLE.name]
+        arrays |= {name: arrays[name][at] for name in over_cycles}
+    return attributes, arrays
 
 
 def _profile_attributes(field: Variable) -> dict[str, object]:
@@ -197,39 +218,30 @@ def _profile_attributes(field: Variable) -> dict[str, object]:
     return {**field.attributes, "comment": "; ".join(filter(None, comments))}
 
 
-def _on_positions(results: Variables, x: Array) -> Variables:
-    """The scalars of a case, and its profiles at positions, m, that all cases share."""
-    row = {n: each for n, each in results.items() if each.dims == (CYCLE.name,) and n != CYCLE.name}
-    for name, field in MERGED_PROFILES.items():
-        if field.name in results:
-            values, cells = results[field.name].values, results[X.name].values
-            along = resampled(values, [cells], [x], field.outside)
-            row[name] = xr.Variable((CYCLE.name, X.name), along, _profile_attributes(field))
-    return row
-
-
 def _side_by_side(
     study: Study,
-    rows: Mapping[int, Variables],
+    rows: Mapping[int, Arrays],
     places: Mapping[int, NDArray[np.intp]],
-    axes: Variables,
+    headers: Mapping[str, Header],
+    axes: dict[str, xr.Variable],
 ) -> xr.Dataset:
     """Variables of points, by number, along the axes of a study; NaN where a point has none.
 
     `places` are where the values of each point lie on the first axis of a variable.
     """
-    like = {name: variable for row in rows.values() for name, variable in row.items()}
     variables = {}
-    for name, about in like.items():
-        shape = [axes[str(dim)].size for dim in about.dims]
-        empty = NOT_DONE if about.dtype.kind == "i" else math.nan
-        values = np.full((math.prod(study.shape), *shape), empty, about.dtype)
-        for number, row in rows.items():
-            if name in row:
-                values[number, places[number]] = row[name].values
-        dims, along = (*study.sizes, *about.dims), values.reshape(*study.shape, *shape)
+    for name, (dims, attributes) in headers.items():
+        there = {number: row[name] for number, row in rows.items() if name in row}
+        if not there:
+            continue
+        dtype, shape = next(iter(there.values())).dtype, [axes[dim].size for dim in dims]
+        empty = NOT_DONE if dtype.kind == "i" else math.nan
+        values = np.full((math.prod(study.shape), *shape), empty, dtype)
+        for number, stored in there.items():
+            values[number, places[number]] = stored
+        along = values.reshape(*study.shape, *shape)
         fill = {"_FillValue": empty} if empty == NOT_DONE else None
-        variables[name] = xr.Variable(dims, along, about.attrs, fill)
+        variables[name] = xr.Variable((*study.sizes, *dims), along, attributes, fill)
     return xr.Dataset(variables, axes)
 
 
