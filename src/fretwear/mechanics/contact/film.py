@@ -39,7 +39,7 @@ _NODES, _PHASE = 20, 20.0
 # linearly between so many distances.
 _NEAR, _LEAST_NEAR, _MOST_NEAR, _PER_CELL, _IN_ITSELF, _PLACES = 8.0, 24, 64, 4, 32, 4000
 # Panels of the waves of rings at most.
-_MOST_PANELS = 300
+_MOST_PANELS = 100
 
 _legendre = lru_cache(np.polynomial.legendre.leggauss)
 _Transform = Literal["radial", "twisted", "line"]
@@ -203,17 +203,12 @@ class Film:
         integral for kF = 1. ``edges`` are the radii, m, of the edges of n rings from 0 outward; the
         result, shape (n, n), is symmetric.
         """
-        from scipy.special import j1  # takes half a second
-
-        response = self._response("radial")
-        reach = 2.0 * float(edges[-1])
+        response, reach = self._response("radial"), 2.0 * float(edges[-1])
         largest = min(_LARGEST_WAVE / self.thickness, _MOST_PANELS * _PHASE / reach)
-        waves, weights = _nodes(largest, reach)
-        values = response(waves * self.thickness) / self.per
-        last = float(response(np.array(largest * self.thickness))) / self.per
-        rings = np.diff(edges * j1(np.outer(waves, edges)) / waves[:, None], axis=1)
-        moved = (2.0 * math.pi * weights * (values - last))[:, None] * rings
-        first = float(response(np.array(0.0))) / self.per
+        waves, weights, rings = _waves_of_rings(tuple(edges.tolist()), largest)
+        first, last = response(np.array([0.0, largest * self.thickness])) / self.per
+        values = response(waves * self.thickness) / self.per - last
+        moved = (2.0 * math.pi * weights * values)[:, None] * rings
         return np.asarray(rings.T @ moved + (last - first) * unit)
 
     @property
@@ -254,6 +249,19 @@ def _nodes(largest: float, distance: float) -> tuple[Array, Array]:
     half = 0.5 * largest / count
     waves = half * (nodes + 1.0) + 2.0 * half * np.arange(count)[:, None]
     return waves.ravel(), np.tile(half * weights, count)
+
+
+@lru_cache(1)
+def _waves_of_rings(edges: tuple[float, ...], largest: float) -> tuple[Array, Array, Array]:
+    """Wavenumbers up to a largest, weights, and waves r J₁(kr)/k of rings, m².
+
+    The last has shape (waves, n). Pressure and tractions ask for the same in turn.
+    """
+    from scipy.special import j1  # takes half a second
+
+    waves, weights = _nodes(largest, 2.0 * edges[-1])
+    at_edges = edges * j1(np.outer(waves, edges))
+    return waves, weights, np.diff(at_edges, axis=1) / waves[:, None]
 
 
 @lru_cache(32)
