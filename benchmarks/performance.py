@@ -112,7 +112,7 @@ def peers_text(data: Data) -> str:
 {data.get("note", "")}
 
 Solution of the first loading of a smooth sphere on {CELLS}² cells. The same code computes all residuals from the pressure; each program has the
-largest tolerance that reaches this residual on {contacts.TUNING_CELLS}² cells.
+largest tolerance, in steps of √10, with which its residual on these cells is at most {scientific(contacts.RESIDUAL)}.
 
 {table(["", "processor, s", "residual"], solves)}
 """

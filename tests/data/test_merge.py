@@ -290,6 +290,26 @@ def test_references_to_a_file_give_the_numbers_that_xarray_reads(make_study, mer
                     np.testing.assert_array_equal(found[name], values, name)
 
 
+def test_the_documented_cube_of_references_keeps_the_parameters_of_every_case(
+    make_study, merged, monkeypatch, tmp_path
+):
+    pytest.importorskip("icechunk", reason="icechunk: every night")
+    folder = merged(make_study({"friction": [0.5, 0.6]}))
+    page = Path(__file__).parents[2] / "docs/how-to/other-programs.md"
+    _, section = page.read_text(encoding="utf-8").split("## A study in the cloud")
+    (script,) = re.findall(r"```python\n(.*?)```", section, flags=re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(script.replace("results/small", str(folder)), names)
+    cube = xr.open_zarr(names["repository"].readonly_session("main").store, consolidated=False)
+    for number, file in enumerate(names["files"]):
+        with xr.open_dataset(file) as case:
+            for name, values in case.variables.items():
+                stored = cube[name].isel(case=number, missing_dims="ignore")
+                np.testing.assert_array_equal(stored, values, name)
+    assert sorted(cube.friction.values) == [0.5, 0.6]
+
+
 def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):
     loads = {"tangential_load": ["8 N", "16 N"], "load": ["20 N", "50 N"]}
     study = make_study(loads, invalid="skip")
