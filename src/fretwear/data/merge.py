@@ -14,7 +14,6 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import (
     HISTORY_GROUP,
