@@ -469,7 +469,7 @@ class PartOf(Parameter):
         if not self.is_second:
             return dict(parameters)
         words = f"of the {self.words}"
-        return {n: about.renamed(f"{about.words} {words}") for n, about in parameters.items()}
+        return {n: key.renamed(f"{key.words} {words}") for n, key in parameters.items()}
 
     def canonical(self, value: Any) -> object:
         """Return the mapping, or the name of a kind without fields; None without a part."""
@@ -483,13 +483,13 @@ class PartOf(Parameter):
         if value is not None:
             if not parameters:
                 yield name, value.kind
-            for part_field, about in derived(kind).items():
-                yield from about.coordinates(f"{name}_{part_field}", getattr(value, part_field))
-        for part_field, about in parameters.items():
-            number = about.absent if value is None else vars(value)[part_field]
+            for part_field, parameter in derived(kind).items():
+                yield from parameter.coordinates(f"{name}_{part_field}", getattr(value, part_field))
+        for part_field, parameter in parameters.items():
+            number = parameter.absent if value is None else vars(value)[part_field]
             if number is not None:
                 key = part_field if kind.kind == self.short else f"{name}_{part_field}"
-                yield from about.coordinates(key, number)
+                yield from parameter.coordinates(key, number)
 
     def word_for(self, value: object) -> str:
         """Return the word for no part, or for a kind without fields."""
@@ -508,7 +508,7 @@ class Inline(PartOf):
     def keys(self) -> dict[str, Parameter]:
         """The parameters of all kinds by name."""
         kinds = self.family.kinds().values()
-        return {name: about for kind in kinds for name, about in kind.parameters().items()}
+        return {name: parameter for kind in kinds for name, parameter in kind.parameters().items()}
 
     @property
     def leading(self) -> dict[str, type[Part]]:
@@ -528,11 +528,11 @@ class Inline(PartOf):
                 return kind
         return None
 
-    def changed(self, part: Part, given: Mapping[str, object]) -> Part | None:
+    def changed(self, part: Part, values: Mapping[str, object]) -> Part | None:
         """Return the part with other values of some fields, of another kind if these need it."""
         for kind in (type(part), *self.family.kinds().values()):
             common = kind.parameters().keys() & vars(part).keys()
-            fields = {**{name: vars(part)[name] for name in common}, **given}
+            fields = {**{name: vars(part)[name] for name in common}, **values}
             if self.kind_of(fields, [kind]):
                 return kind.unchecked(**fields)
         return None
@@ -664,8 +664,8 @@ class Part:
 
     def coordinates(self, name: str) -> Coordinates:
         """Yield the coordinates of the fields of a part without kinds."""
-        for key, about in self.parameters().items():
-            yield from about.coordinates(f"{name}_{key}", vars(self)[key])
+        for key, parameter in self.parameters().items():
+            yield from parameter.coordinates(f"{name}_{key}", vars(self)[key])
 
 
 def located(place: str | int, value: object, error: ValueError) -> ValidationError:
@@ -731,9 +731,9 @@ def inlined(schema: Schema) -> Schema:
 
 
 @_remembered
-def adapter(of: Any) -> TypeAdapter[Any]:
+def adapter(kind: Any) -> TypeAdapter[Any]:
     """What reads values of a type."""
-    return TypeAdapter(of)
+    return TypeAdapter(kind)
 
 
 @_remembered
@@ -746,7 +746,7 @@ def _defaults(cls: type) -> dict[str, object]:
 def declared(cls: type) -> Mapping[str, Parameter]:
     """Return the fields of a class that are annotated by a `Parameter`, bases first."""
     hints = get_type_hints(cls, include_extras=True)
-    return {name: about for name, hint in hints.items() for about in _annotations(hint)}
+    return {name: parameter for name, hint in hints.items() for parameter in _annotations(hint)}
 
 
 @_remembered
@@ -758,7 +758,7 @@ def derived(cls: type) -> Mapping[str, Parameter]:
         for name, member in vars(base).items()
         if isinstance(member, property)
     }
-    return {name: about for name, hint in hints.items() for about in _annotations(hint)}
+    return {name: parameter for name, hint in hints.items() for parameter in _annotations(hint)}
 
 
 def _annotations(hint: object) -> Iterator[Parameter]:

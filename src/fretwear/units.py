@@ -84,9 +84,9 @@ class FloatWithUnit(float):
 
     def __new__(cls, value: float, si_unit: str = "") -> Self:
         """Return the SI value, with the SI unit of its kind."""
-        given = super().__new__(cls, value)
-        given.si_unit = si_unit
-        return given
+        quantity = super().__new__(cls, value)
+        quantity.si_unit = si_unit
+        return quantity
 
 
 @dataclass(frozen=True)
@@ -271,23 +271,23 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
             number = _finite(math.inf, dimension)
         if dimension.is_plain_number or not units_required:
             return number
-        given, unit = f"{number:.12g}", ""
+        written, unit = f"{number:.12g}", ""
     else:
         match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
         if match is None:
             raise QuantityError(dimension.expectation)
-        given, unit = match["number"], match["unit"].strip()
+        written, unit = match["number"], match["unit"].strip()
     if dimension.is_plain_number:
         if unit not in ("", PERCENT.name):
             raise QuantityError(f"{dimension.expectation}, without a unit")
-        return _finite(float(Decimal(given) / 100 if unit else given), dimension)
+        return _finite(float(Decimal(written) / 100 if unit else written), dimension)
     if not unit:
         usual = dimension.example.partition(" ")[2]
         rule = f"needs a unit: it is {dimension.name} such as {dimension.example}"
-        hint = f"did you mean '{given} {usual}'?"
+        hint = f"did you mean '{written} {usual}'?"
         if dimension.si_unit == COMPLIANCE.si_unit:
             hint = (
-                f"write '{given} mm^3/(N m)' if that is meant; the dimensionless k of Archard's "
+                f"write '{written} mm^3/(N m)' if that is meant; the dimensionless k of Archard's "
                 "law is divided by the hardness H: write k/H, such as 2e-13 / Pa"
             )
         raise QuantityError(rule, hint)
@@ -300,7 +300,7 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
     if dimensionality != _unit(dimension.typed)[1]:
         kind = _kind_of(dimensionality)
         raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
-    return _finite(float(Decimal(given) * factor), dimension)
+    return _finite(float(Decimal(written) * factor), dimension)
 
 
 def _finite(number: float, dimension: Dimension) -> float:

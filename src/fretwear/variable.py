@@ -108,12 +108,13 @@ class Variable:
     def in_frame(self, frame: ContactFrame) -> Variable:
         """Return the variable as a line contact has it, where integrals are per length."""
         unit = frame.unit(self.si_unit)
-        about = replace(
+        variable = replace(
             self, is_headline=self.is_headline or (self.of_line and frame is LINE_CONTACT)
         )
         if unit == self.si_unit:
-            return about
-        return replace(about, si_unit=unit, words=frame.words(self.words, self.si_unit), unit=None)
+            return variable
+        words = frame.words(self.words, self.si_unit)
+        return replace(variable, si_unit=unit, words=words, unit=None)
 
     @property
     def label(self) -> str:

@@ -438,7 +438,7 @@ class FitRequest(StudySection):
             except (QuantityError, ValidationError):  # told when the section is read
                 continue
             whole, further = parameter.key, parameter.name.partition(".")[2]
-            ends, is_pair = _places(case_keys()[whole].about), is_list(filled.get(whole))
+            ends, is_pair = _places(case_keys()[whole].parameter), is_list(filled.get(whole))
             if whole in vary or parameter.name in vary:
                 rule = "is varied too: every test has its own value already"
                 remedy = "leave it out of vary and write each: true beside its range"
@@ -493,9 +493,9 @@ def _parameter_at(name: str) -> tuple[Parameter | None, tuple[str | int, ...]]:
     path: list[str | int] = [*steps]
     about: Parameter | None = None
     if name in case_keys().all_names:
-        about = case_keys()[name].about
+        about = case_keys()[name].parameter
     elif whole in case_keys().names:
-        about = case_keys()[whole].about
+        about = case_keys()[whole].parameter
         for place, step in enumerate(steps):
             if step in (places := _places(about)):
                 path[place] = places.index(step)

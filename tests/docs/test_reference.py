@@ -65,7 +65,7 @@ def in_tables(text):
 
 @pytest.mark.parametrize("name", [n for n in case_keys().all_names if "counterface." not in n])
 def test_every_parameter_is_in_its_table(name):
-    about = case_keys()[name].about
+    about = case_keys()[name].parameter
     row, *_ = rows(STUDY_FILE, f"`{name}`")
     assert f"`{about.example}`" in row or not isinstance(about, Quantity)
     assert in_tables(about.description or f"{about.words.capitalize()}.") in row
@@ -100,7 +100,7 @@ def test_every_profile_and_material_is_in_its_table():
 
 def quantities():
     """Every quantity of files and datasets that has a symbol: its names and its declarations."""
-    listed = [(name, case_keys()[name].about) for name in case_keys().all_names]
+    listed = [(name, case_keys()[name].parameter) for name in case_keys().all_names]
     forms = (form for _, about in listed for form in getattr(about, "forms", ()))
     listed += [item for form in forms for item in declared(form).items()]
     listed += [(name, parameter(name)) for name in ("hertz_radius", "hertz_pressure")]

@@ -28,7 +28,7 @@ def fitted(readings, noise=None):
     scar = Measurement.unchecked(quantity="wear_depth", baseline=("offset", "tilt"), **known)
     vars(scar)["_read"] = X, readings, ""
     comparison = Comparison(scar, 1, noise or Noise(0.05 * DEPTH, 0.0), grid=GRID)
-    unknown = Unknown("multiple", 0.0, 4.0, case_keys()["friction"].about, logarithmic=False)
+    unknown = Unknown("multiple", 0.0, 4.0, case_keys()["friction"].parameter, logarithmic=False)
     fitter = Fitter(
         [unknown],
         [comparison],

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fretwear.mechanics.contact.cells import Beside, Region
+from fretwear.mechanics.contact.cells import Evidence, Region
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.contact.rings import Rings
@@ -326,7 +326,7 @@ def test_areas_of_round_contacts_follow_their_edges_within_cells(across, within)
         squares = (grid.x[:, None] - 1e-6 * x) ** 2 + (grid.y - 1e-6 * y) ** 2
         problem = ContactProblem(grid.half_space(modulus), 0.5 * squares / radius, load)
         found = solve_contact(problem, tolerance=1e-7)
-        beside = Beside(found.pressure, np.where(found.pressure > 0.0, 0.0, found.gap))
+        beside = Evidence(found.pressure, np.where(found.pressure > 0.0, 0.0, found.gap))
         region = Region(found.pressure > 0.0, 0.0, beside)
         area = grid.zone(region).area
         assert area == near(np.pi * contact_radius**2, rel=within), (x, y)

@@ -101,8 +101,8 @@ class Accessor:
             return level
         if LEVELS in axis.attrs:
             return axis.attrs[LEVELS].split("\n").index(level)
-        about = parameter(str(axis.name)).in_frame(contact_frame(self._dataset.variables))
-        return about.single.read(level) if isinstance(about, Quantity) else float(level)
+        declaration = parameter(str(axis.name)).in_frame(contact_frame(self._dataset.variables))
+        return declaration.single.read(level) if isinstance(declaration, Quantity) else float(level)
 
     def point(self, **levels: object) -> xr.Dataset:
         """Open the case of a point of a study, lazily: ``open_study(…).fretwear.point(load=50)``.
@@ -141,7 +141,7 @@ class Accessor:
                 continue
             scalar = str(name).removesuffix("_error")
             alike = positions if name in positions else [scalar if scalar in dataset else name]
-            values = np.concatenate([dataset[other].values.ravel() for other in alike])
+            values = np.concatenate([dataset[member].values.ravel() for member in alike])
             unit = readable_unit(values, si_unit)
             attributes = {**variable.attrs, "units": unit.name}
             converted[name] = xr.Variable(variable.dims, variable.data / unit.size, attributes)
@@ -180,9 +180,9 @@ def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
 
     It is the last snapshot that both have or, if they share only cycle 0, the last one of each.
     """
-    mine, other = ({int(cycle) for cycle in case["cycle"].values} for case in (first, second))
-    common = max(mine & other, default=0)
-    return (common, common) if common else (max(mine), max(other))
+    mine, theirs = ({int(cycle) for cycle in case["cycle"].values} for case in (first, second))
+    common = max(mine & theirs, default=0)
+    return (common, common) if common else (max(mine), max(theirs))
 
 
 def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
@@ -190,8 +190,8 @@ def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
     cycles = compared_cycles(first, second)
     states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
     results = []
-    given = first.coords.keys() & second.coords.keys()
-    forces = [name for key, names in FORCES.items() if key not in given for name in names]
+    parameters = first.coords.keys() & second.coords.keys()
+    forces = [name for key, names in FORCES.items() if key not in parameters for name in names]
     others = "plastic_volume", "central_pressure", "peak_pressure"
     for name in (*headlines([str(name) for name in first if name in second]), *others, *forces):
         variable = RESULTS[name]
@@ -206,7 +206,7 @@ def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
 
 def different_parameters(first: xr.Dataset, second: xr.Dataset) -> list[str]:
     """Return the parameters of two cases that differ, in the order of the first."""
-    mine, other = (
+    mine, theirs = (
         {
             str(name): value.item()
             for name, value in case.coords.items()
@@ -214,7 +214,7 @@ def different_parameters(first: xr.Dataset, second: xr.Dataset) -> list[str]:
         }
         for case in (first, second)
     )
-    return [name for name in {**mine, **other} if not _agree(mine.get(name), other.get(name))]
+    return [name for name in {**mine, **theirs} if not _agree(mine.get(name), theirs.get(name))]
 
 
 def _agree(first: float | str | None, second: float | str | None) -> bool:

@@ -78,7 +78,7 @@ def varied_names(summary: xr.Dataset) -> list[str]:
     """Return the varied parameters of a merged study, in order."""
     dims = set(point_dims(summary))
     names = {str(name): set(summary.variables[str(name)].dims) for name in summary.coords}
-    return [n for n, along in names.items() if n not in BOOKKEEPING and along and along <= dims]
+    return [n for n, axes in names.items() if n not in BOOKKEEPING and axes and axes <= dims]
 
 
 def point_values(summary: xr.Dataset, name: str) -> NDArray[np.generic]:
@@ -95,7 +95,7 @@ def final_results(summary: xr.Dataset) -> dict[str, Array]:
     where nothing sticks, is NaN.
     """
     dims = (*point_dims(summary), CYCLE.name)
-    names = [name for name, about in summary.variables.items() if {*about.dims} == {*dims}]
+    names = [name for name, variable in summary.variables.items() if {*variable.dims} == {*dims}]
     tables = {str(name): summary.variables[name].transpose(*dims).values for name in names}
     # A snapshot is stored if any result is defined in it; some, such as the mean stick pressure,
     # may not be.
@@ -110,10 +110,10 @@ def points_table(summary: xr.Dataset) -> pd.DataFrame:
     Parameters are in the order of the study, the varied ones first.
     """
     dims, varied = set(point_dims(summary)), varied_names(summary)
-    along = [str(name) for name, about in summary.variables.items() if set(about.dims) <= dims]
+    per_point = [str(name) for name, array in summary.variables.items() if {*array.dims} <= dims]
     last = [name for name in (CODE_DIGEST.name, WARNINGS.name) if name in summary]
     placed = {*BOOKKEEPING, *varied, *last}
-    names = [CASE_ID.name, STATUS.name, *varied, *(name for name in along if name not in placed)]
+    names = [CASE_ID.name, STATUS.name, *varied, *(n for n in per_point if n not in placed)]
     columns = {name: point_values(summary, name) for name in names}
     columns[STATUS.name] = np.array([PointStatus(int(s)).word for s in columns[STATUS.name]])
     columns |= {name: values.ravel() for name, values in final_results(summary).items()}
@@ -142,17 +142,17 @@ def levels_of(
 
     They are by default those along its dimension.
     """
-    about = dataset[name].attrs
+    attributes = dataset[name].attrs
     levels = (dataset[name].values if values is None else values).tolist()
-    if "drawn_from" in about:
+    if "drawn_from" in attributes:
         levels = [float(f"{level:.3g}") for level in levels]
-    return [in_unit(level, about.get("units", "")) for level in levels]
+    return [in_unit(level, attributes.get("units", "")) for level in levels]
 
 
-def plain_unit(about: Variable, values: Array) -> Unit:
+def plain_unit(variable: Variable, values: Array) -> Unit:
     """Return the unit in which people read values, without a power of ten."""
-    unit = about.unit or readable_unit(values, about.si_unit)
-    return readable_unit([0.0], about.si_unit) if unit.is_power else unit
+    unit = variable.unit or readable_unit(values, variable.si_unit)
+    return readable_unit([0.0], variable.si_unit) if unit.is_power else unit
 
 
 def key_results(summary: xr.Dataset) -> pd.DataFrame:
@@ -166,9 +166,9 @@ def key_results(summary: xr.Dataset) -> pd.DataFrame:
         if not np.isfinite(final[name]).any():
             continue
         values, error = final[name].ravel(), final.get(f"{name}_error", np.zeros(1)).ravel()
-        about = RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))
-        unit = plain_unit(about, values[np.isfinite(values)])
-        frame[axis_label(about.words, unit)] = [
+        result = RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))
+        unit = plain_unit(result, values[np.isfinite(values)])
+        frame[axis_label(result.words, unit)] = [
             "–" if math.isnan(v) else with_error(v, e) if e > 0.0 else number_text(v, 4)
             for v, e in np.broadcast(unit.of(values), unit.of(error))
         ]
@@ -199,10 +199,10 @@ class Points:
         levels, drawn = dict[str, tuple[float | str, ...]](), {}
         table = pd.DataFrame(index=rows.index.rename("id"))
         for name in varied_names(summary):
-            about = summary.variables[name].attrs
-            if "drawn_from" in about:
-                drawn[name] = about
-            values = [in_unit(value, about.get("units", "")) for value in rows[name].tolist()]
+            attributes = summary.variables[name].attrs
+            if "drawn_from" in attributes:
+                drawn[name] = attributes
+            values = [in_unit(value, attributes.get("units", "")) for value in rows[name].tolist()]
             place, distinct = pd.factorize(
                 np.array(values, object), sort=not any(isinstance(v, str) for v in values)
             )
@@ -337,7 +337,7 @@ def effects_table(points: Points, results: Sequence[str] | None = None) -> pd.Da
     """
     rows = []
     for name, levels in points.levels.items():
-        others = [other for other in points.levels if other != name]
+        others = [parameter for parameter in points.levels if parameter != name]
         pairs = _seeds(points, others) if name == SEED else _pairs(points, name, others)
         change = (None, None) if name == SEED else (levels[0], levels[-1])
         for result in results or headlines(points.results):
@@ -376,18 +376,18 @@ def _seeds(points: Points, others: list[str]) -> pd.DataFrame:
     table = points.table.drop(columns=SEED)
     results = [*points.results]
     means = table.groupby(others)[results].transform("mean") if others else table.mean()
-    before = table[results].mul(0.0).add(means).add_suffix("_from")
-    return pd.concat([table[others], before, table[results].add_suffix("_to")], axis=1)
+    start = table[results].mul(0.0).add(means).add_suffix("_from")
+    return pd.concat([table[others], start, table[results].add_suffix("_to")], axis=1)
 
 
-def _change(before: pd.Series[float], after: pd.Series[float]) -> tuple[float, ...]:
+def _change(start: pd.Series[float], end: pd.Series[float]) -> tuple[float, ...]:
     """Return the columns of a row from ``pairs`` on."""
-    factors = (after / before).where((before > 0.0) & (after > 0.0)).dropna()
+    factors = (end / start).where((start > 0.0) & (end > 0.0)).dropna()
     mean = math.exp(np.log(factors).mean()) if len(factors) else math.nan
-    appears, vanishes = (before == 0.0) & (after > 0.0), (before > 0.0) & (after == 0.0)
+    appears, vanishes = (start == 0.0) & (end > 0.0), (start > 0.0) & (end == 0.0)
     ends = factors.min(), factors.max()
-    undefined = len(before) - len(factors)
-    return len(before), mean, *ends, undefined, int(appears.sum()), int(vanishes.sum())
+    undefined = len(start) - len(factors)
+    return len(start), mean, *ends, undefined, int(appears.sum()), int(vanishes.sum())
 
 
 def _divider(values: pd.DataFrame, others: list[str]) -> str:
@@ -396,12 +396,12 @@ def _divider(values: pd.DataFrame, others: list[str]) -> str:
     if not others or len(logarithms) < 2 or np.ptp(logarithms) < _MATTERS:
         return ""
     parts = {
-        other: float(
-            ((logarithms - logarithms.groupby(values[other]).transform("mean")) ** 2).sum()
+        parameter: float(
+            ((logarithms - logarithms.groupby(values[parameter]).transform("mean")) ** 2).sum()
         )
-        for other in others
+        for parameter in others
     }
-    best = min(parts, key=lambda other: parts[other])
+    best = min(parts, key=lambda parameter: parts[parameter])
     whole = float(((logarithms - logarithms.mean()) ** 2).sum())
     return best if parts[best] < (1.0 - _EXPLAINED) * whole else ""
 
@@ -458,8 +458,8 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     shares = np.clip(_shares(emulator(fold >= 0), listed), 0.0, 1.0)
     # The jackknife by groups: what an eighth of the points changes tells what all of them leave
     # open.
-    without = np.stack([_shares(each, listed) for each in partial])
-    half = _QUANTILE * without.std(axis=0) * math.sqrt(len(groups) - 1) + _OF_DRAWS
+    partial_shares = np.stack([_shares(each, listed) for each in partial])
+    half = _QUANTILE * partial_shares.std(axis=0) * math.sqrt(len(groups) - 1) + _OF_DRAWS
     ends = np.clip(np.stack([shares - half, shares + half], axis=2), 0.0, 1.0)
     return [Indices(*each) for each in zip(*shares, *ends, quality.tolist(), strict=True)]
 
@@ -470,8 +470,8 @@ def _shares(emulator: RBFInterpolator, listed: NDArray[np.intp]) -> Array:
 
     def function(x: Array) -> Array:
         # Listed values lie in the middle of equal parts of the unit interval.
-        at = (np.floor(x.T * listed) + 0.5) / np.where(listed > 0, listed, 1)
-        return np.asarray(emulator(np.where(listed > 0, at, x.T)).T)
+        centres = (np.floor(x.T * listed) + 0.5) / np.where(listed > 0, listed, 1)
+        return np.asarray(emulator(np.where(listed > 0, centres, x.T)).T)
 
     uniform = [stats.uniform()] * listed.size
     found = stats.sobol_indices(func=function, n=_DRAWS, dists=uniform, rng=0)

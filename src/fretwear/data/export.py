@@ -34,7 +34,7 @@ def at_cycle(ds: xr.Dataset, cycle: float) -> xr.Dataset:
     """The dataset of one snapshot of a case; `ExportError` if there is none of this cycle."""
     stored = np.atleast_1d(ds[CYCLE.name].values).tolist()
     if cycle not in stored:
-        there = listed([cycle_text(at) for at in stored])
+        there = listed([cycle_text(stored_cycle) for stored_cycle in stored])
         raise ExportError(f"cycle {cycle_text(cycle)} is not a snapshot; there are {there}")
     return ds.sel({CYCLE.name: [cycle]}) if CYCLE.name in ds.dims else ds
 
@@ -84,8 +84,8 @@ def _tables(ds: xr.Dataset) -> Iterator[tuple[tuple[str, ...], pd.DataFrame]]:
             tables.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
     for dims, names in tables.items():
         # Coordinates along one of the dimensions stand beside the variables.
-        beside = [str(n) for n, c in ds.coords.items() if c.dims and {*c.dims} <= {*dims}]
-        table = ds[[*names, *beside]]
+        coordinates = [str(n) for n, c in ds.coords.items() if c.dims and {*c.dims} <= {*dims}]
+        table = ds[[*names, *coordinates]]
         table = table.drop_vars([name for name, c in table.coords.items() if not c.dims])
         units = {name: table[name].attrs.get("units", "1") for name in table.variables}
         titles = {n: f"{n} ({unit})" for n, unit in units.items() if unit not in ("", "1")}
@@ -107,11 +107,11 @@ def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
 
     on_points = POINT.name in ds.dims
     space = (POINT.name,) if on_points else tuple(dim for dim in _SPACE if dim in ds.dims)
-    along = next((dim for dim in _STEPS if dim in ds.dims), "")
+    step_dim = next((dim for dim in _STEPS if dim in ds.dims), "")
     fields = {
         str(name): field.transpose(..., *space)
         for name, field in ds.data_vars.items()
-        if space and {*space} <= {*field.dims} <= {*space, along}
+        if space and {*space} <= {*field.dims} <= {*space, step_dim}
     }
     if not fields:
         raise ExportError("the dataset has no fields on cells or points")
@@ -125,10 +125,10 @@ def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
     with tempfile.TemporaryDirectory(dir=path.parent) as folder:
         base = Path(folder, path.stem)
         collection = vtk.VtkGroup(str(base))
-        for number, step in enumerate(ds[along].values.tolist() if along else [0.0]):
+        for number, step in enumerate(ds[step_dim].values.tolist() if step_dim else [0.0]):
             data = {}
             for name, field in fields.items():
-                now = field.isel({along: number}) if along in field.dims else field
+                now = field.isel({step_dim: number}) if step_dim in field.dims else field
                 data[name] = np.ascontiguousarray(np.ravel(now.values))
             name = f"{base}-{number:04d}"
             collection.addFile(

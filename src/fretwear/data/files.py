@@ -271,8 +271,8 @@ def _read_headers(path: str | os.PathLike[str]) -> Iterator[tuple[str, Header]]:
         _check_units(Path(path), {name: vars(v) for name, v in file.variables.items()})
         for place, group in (("", file), (f"{HISTORY_GROUP}/", file[HISTORY_GROUP])):
             for name, stored in group.variables.items():
-                about = {n: value for n, value in vars(stored).items() if n not in _OF_ENCODING}
-                yield f"{place}{name}", Header(stored.dimensions, about)
+                attributes = {n: v for n, v in vars(stored).items() if n not in _OF_ENCODING}
+                yield f"{place}{name}", Header(stored.dimensions, attributes)
 
 
 @contextmanager

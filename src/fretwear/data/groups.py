@@ -37,13 +37,13 @@ def without_text(dataset: xr.Dataset) -> xr.Dataset:
             )
             # In the order of the study, so that numbers along a dimension rise.
             order = np.argsort(first)
-            about = {
+            meanings = {
                 "flag_values": np.arange(levels.size, dtype=np.int32),
                 "flag_meanings": " ".join(_WORD.sub("_", level) for level in levels[order]),
                 LEVELS: "\n".join(levels[order]),
             }
             numbers = np.argsort(order)[numbers].reshape(text.shape).astype(np.int32)
-            flags[name] = xr.Variable(text.dims, numbers, {**text.attrs, **about})
+            flags[name] = xr.Variable(text.dims, numbers, {**text.attrs, **meanings})
     labelled = {_TEXTS: " ".join(single), **single} if single else {}
     stored = dataset.drop_vars([*single]).assign_coords(flags).assign_attrs(labelled)
     return stored.reset_coords({CASE_ID.name} & stored.coords.keys())
@@ -55,13 +55,13 @@ def with_text(dataset: xr.Dataset) -> xr.Dataset:
 
     attributes, texts = dict(dataset.attrs), dict[str, xr.Variable]()
     for name in attributes.pop(_TEXTS, "").split():
-        about = Variable(name, "", words=case_keys().coordinate(name).words).attributes
-        texts[name] = xr.Variable((), attributes.pop(name), about)
+        own_attributes = Variable(name, "", words=case_keys().coordinate(name).words).attributes
+        texts[name] = xr.Variable((), attributes.pop(name), own_attributes)
     for name, variable in dataset.variables.items():
         if LEVELS in variable.attrs:
             levels = np.array(variable.attrs[LEVELS].split("\n"))
-            about = {n: v for n, v in variable.attrs.items() if n not in _OF_FLAGS}
-            texts[str(name)] = xr.Variable(variable.dims, levels[variable.values], about)
+            own_attributes = {n: v for n, v in variable.attrs.items() if n not in _OF_FLAGS}
+            texts[str(name)] = xr.Variable(variable.dims, levels[variable.values], own_attributes)
         elif variable.dtype.kind == "O":
             texts[str(name)] = variable.copy(data=variable.values.astype(str))
     labels = {n: texts.pop(n) for n in [*texts] if n not in dataset.data_vars or n == CASE_ID.name}

@@ -88,8 +88,8 @@ def case_dataset(
     `Variable.allows` refuses.
     """
     dims = case.frame.dims
-    along = dict(zip(dims, (cycles, x, y), strict=False))
-    coordinates = _variables((CYCLE, X, Y)[: len(dims)], along)
+    axes = dict(zip(dims, (cycles, x, y), strict=False))
+    coordinates = _variables((CYCLE, X, Y)[: len(dims)], axes)
     may_be = (*BODY_FIELDS, *VECTOR_FIELDS, FRICTION_FIELD)
     optional = (field for field in may_be if field.name in fields)
     of_some = (s.in_frame(case.frame) for s in OPTIONAL_SCALARS if s.name in scalars)
@@ -108,7 +108,7 @@ def case_dataset(
     # The largest relative error of each scalar, over the cycles at which it exceeds a trace.
     relative = {}
     for scalar in (s for s in of_scalars if s.name in errors and s.is_headline):
-        values, apart = (np.abs(np.asarray(of[scalar.name])) for of in (scalars, errors))
+        values, apart = (np.abs(np.asarray(table[scalar.name])) for table in (scalars, errors))
         counts = values > _TRACE * np.nan_to_num(values).max(initial=0.0)
         relative[scalar.words] = float((apart[counts] / values[counts]).max(initial=0.0))
     of_run = trouble, beyond_friction, unreached
@@ -136,11 +136,11 @@ def history_dataset(steps: Mapping[str, ArrayLike], frame: ContactFrame) -> xr.D
     every step has, for the whole contact, the ``error_estimate`` of each step and its
     ``convolutions``. Raises the errors of `case_dataset`.
     """
-    given = {"step": np.arange(np.size(steps["cycle"])), **steps}
+    arrays = {"step": np.arange(np.size(steps["cycle"])), **steps}
     expected = (*of_steps(scalars_of(frame)), ERROR_ESTIMATE, CONVOLUTIONS)
     return xr.Dataset(
-        _variables(expected, given, (STEP.name,)),
-        _variables((STEP, CYCLE), given, (STEP.name,)),
+        _variables(expected, arrays, (STEP.name,)),
+        _variables((STEP, CYCLE), arrays, (STEP.name,)),
         {"title": "Every accepted step of the run", **FORMAT},
     )
 
@@ -154,29 +154,29 @@ def loops_dataset(
     from 0 to 1. Forces of a line contact are per length.
     """
     variables = [variable.in_frame(frame) for variable in LOOP]
-    along = {"cycle": cycles, "phase": np.linspace(0.0, 1.0, np.shape(loops[LOOP[0].name])[1])}
+    axes = {"cycle": cycles, "phase": np.linspace(0.0, 1.0, np.shape(loops[LOOP[0].name])[1])}
     return xr.Dataset(
-        _variables(variables, loops, (*along,)),
-        _variables((CYCLE, PHASE), along),
+        _variables(variables, loops, (*axes,)),
+        _variables((CYCLE, PHASE), axes),
         {"title": "Force and displacement round a cycle", **FORMAT},
     )
 
 
 def _variables(
-    expected: Iterable[Variable], given: Mapping[str, ArrayLike], dims: tuple[str, ...] = ()
+    expected: Iterable[Variable], arrays: Mapping[str, ArrayLike], dims: tuple[str, ...] = ()
 ) -> dict[str, xr.Variable]:
     """Return arrays as variables; without dimensions, each lies along the one of its name.
 
     A KeyError names what is missing, a ValueError an array that `Variable.allows` refuses.
     """
     variables = {}
-    for about in expected:
-        values = np.asarray(given[about.name])
-        if not about.allows(values):
-            raise ValueError(f"{about.name} holds values that are not finite")
-        along = dims or (about.name,)
-        kept = values.astype(about.dtype, copy=False)
-        variables[about.name] = xr.Variable(along, kept, about.attributes)
+    for variable in expected:
+        values = np.asarray(arrays[variable.name])
+        if not variable.allows(values):
+            raise ValueError(f"{variable.name} holds values that are not finite")
+        own_dims = dims or (variable.name,)
+        kept = values.astype(variable.dtype, copy=False)
+        variables[variable.name] = xr.Variable(own_dims, kept, variable.attributes)
     return variables
 
 

@@ -120,8 +120,8 @@ def merge_study(
         X.name: xr.Variable((X.name,), x, X.attributes),
     }
     places = {n: np.searchsorted(cycles, row[CYCLE.name]) for n, row in rows.items()}
-    about = {name: header for (_, name), header in headers.items()}
-    scalars = {n: each for n, each in about.items() if each.dims == (CYCLE.name,) and n not in axes}
+    heads = {name: header for (_, name), header in headers.items()}
+    scalars = {n: each for n, each in heads.items() if each.dims == (CYCLE.name,) and n not in axes}
     profiles = {
         name: Header((CYCLE.name, X.name), _profile_attributes(field))
         for name, field in MERGED_PROFILES.items()
@@ -139,16 +139,16 @@ def merge_study(
     accepted = {n: np.arange(history[CYCLE.name].size) for n, history in histories.items()}
     steps = max(accepted.values(), key=np.size).astype(STEP.dtype)
     step = {STEP.name: xr.Variable((STEP.name,), steps, STEP.attributes)}
-    over_steps = {name: about[stored] for name, stored in of_steps.items() if stored in about}
+    over_steps = {name: heads[stored] for name, stored in of_steps.items() if stored in heads}
     history = _side_by_side(study, histories, accepted, over_steps, step)
     flags = {
         "long_name": STATUS.words,
         "flag_values": np.array(list(PointStatus), STATUS.dtype),
         "flag_meanings": " ".join(kind.word for kind in PointStatus),
     }
-    digests = [about.get(CODE_DIGEST.name, "") for about in stored]
-    lines = [str(about.get(WARNINGS.name, "")) for about in stored]
-    sources = sorted({about["source"] for about in stored if "source" in about})
+    digests = [attributes.get(CODE_DIGEST.name, "") for attributes in stored]
+    lines = [str(attributes.get(WARNINGS.name, "")) for attributes in stored]
+    sources = sorted({attributes["source"] for attributes in stored if "source" in attributes})
     coordinates, parameters = _columns(study, points)
     summary = summary.assign(
         {
@@ -188,8 +188,8 @@ def _read_case(
 ) -> tuple[dict[str, Any], Arrays]:
     """Read a case at its snapshots; `DataFileError` if it cannot be used."""
     attributes, arrays = read_case(path, headers)
-    if (other := attributes[CASE_ID.name]) != case.case_id:
-        raise DataFileError(path, f"it holds another case, {other}", RUN_AGAIN)
+    if (stored_id := attributes[CASE_ID.name]) != case.case_id:
+        raise DataFileError(path, f"it holds another case, {stored_id}", RUN_AGAIN)
     cycles, asked = arrays[CYCLE.name], np.array(case.output_cycles, np.float64)
     if lacking := sorted({*asked} - {*cycles}):
         numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
@@ -198,10 +198,10 @@ def _read_case(
         fault = "it was computed by another version of the code (its code_digest differs)"
         raise DataFileError(path, fault, "Run the case again, or keep it with --keep-older")
     if asked.size < cycles.size:
-        at = np.searchsorted(cycles, asked)
+        rows = np.searchsorted(cycles, asked)
         code = attributes.get(CODE_DIGEST.name, str(path))
         over_cycles = [n for n in arrays if headers[code, n].dims[0] == CYCLE.name]
-        arrays |= {name: arrays[name][at] for name in over_cycles}
+        arrays |= {name: arrays[name][rows] for name in over_cycles}
     return attributes, arrays
 
 
@@ -238,9 +238,9 @@ def _side_by_side(
         values = np.full((math.prod(study.shape), *shape), empty, dtype)
         for number, stored in there.items():
             values[number, places[number]] = stored
-        along = values.reshape(*study.shape, *shape)
+        laid = values.reshape(*study.shape, *shape)
         fill = {"_FillValue": empty} if empty == NOT_DONE else None
-        variables[name] = xr.Variable((*study.sizes, *dims), along, attributes, fill)
+        variables[name] = xr.Variable((*study.sizes, *dims), laid, attributes, fill)
     return xr.Dataset(variables, axes)
 
 
@@ -252,24 +252,24 @@ def _columns(
     Varied values that are not single numbers (a roughness, a pair of moduli) are text, as written
     in the study file; a parameter that a point lacks is NaN or empty text.
     """
-    given, about = dict[str, list[float | str]](), dict[str, Mapping[str, object]]()
+    columns, attributes = dict[str, list[float | str]](), dict[str, Mapping[str, object]]()
     for number, (_, case) in enumerate(points):
         for name, (value, units, words) in (case.scalar_coordinates() if case else {}).items():
-            about.setdefault(name, Variable(name, units, words=words).attributes)
+            attributes.setdefault(name, Variable(name, units, words=words).attributes)
             number_or_text = value if isinstance(value, str) else float(value)
             empty = "" if isinstance(value, str) else math.nan
-            given.setdefault(name, [empty] * len(points))[number] = number_or_text
+            columns.setdefault(name, [empty] * len(points))[number] = number_or_text
     coordinates, parameters = dict[str, xr.Variable](), dict[str, xr.Variable]()
     for axis in study.axes:
-        coordinates[axis.coordinate] = _varied(study, axis, about.get(axis.coordinate))
+        coordinates[axis.coordinate] = _varied(study, axis, attributes.get(axis.coordinate))
     done = [number for number, (_, case) in enumerate(points) if case is not None]
-    for name, values in given.items():
+    for name, values in columns.items():
         if name in coordinates:
             continue
         if len({values[number] for number in done}) == 1:
-            coordinates[name] = xr.Variable((), values[done[0]], about[name])
+            coordinates[name] = xr.Variable((), values[done[0]], attributes[name])
         else:
-            parameters[name] = _laid(study, values, about[name])
+            parameters[name] = _laid(study, values, attributes[name])
     if POINT.name in study.sizes:
         numbers = np.arange(study.size, dtype=POINT.dtype)
         coordinates[POINT.name] = xr.Variable((POINT.name,), numbers, POINT.attributes)
@@ -278,13 +278,13 @@ def _columns(
     return coordinates, parameters
 
 
-def _laid(study: Study, values: object, about: Mapping[str, object]) -> xr.Variable:
+def _laid(study: Study, values: object, attributes: Mapping[str, object]) -> xr.Variable:
     """One value for each point, along the axes of a study."""
-    return xr.Variable(tuple(study.sizes), np.reshape(np.asarray(values), study.shape), about)
+    return xr.Variable(tuple(study.sizes), np.reshape(np.asarray(values), study.shape), attributes)
 
 
-def _varied(study: Study, axis: Axis, about: Mapping[str, object] | None) -> xr.Variable:
-    attributes: dict[str, object] = {"long_name": axis.name, **(about or {})}
+def _varied(study: Study, axis: Axis, declared: Mapping[str, object] | None) -> xr.Variable:
+    attributes: dict[str, object] = {"long_name": axis.name, **(declared or {})}
     if all(isinstance(value, int | float) for value in axis.values):
         values = np.array(axis.values, dtype=np.float64)
     else:

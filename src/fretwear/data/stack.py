@@ -61,11 +61,11 @@ def resampled(
     axis and the first cell of a one-sided array values are constant; beyond the outermost cell
     centres they are `outside`. Cells that are all positive are one side of an even contact.
     """
-    for axis, (at, places) in enumerate(zip(cells, positions, strict=True), -len(cells)):
-        if not np.array_equal(at, places):
-            along = _along_last(np.moveaxis(values, axis, -1), at, places)
-            along[..., np.abs(places) > np.abs(at).max() * (1.0 + 1e-12)] = outside
-            values = np.moveaxis(along, -1, axis)
+    for axis, (centres, places) in enumerate(zip(cells, positions, strict=True), -len(cells)):
+        if not np.array_equal(centres, places):
+            moved = _along_last(np.moveaxis(values, axis, -1), centres, places)
+            moved[..., np.abs(places) > np.abs(centres).max() * (1.0 + 1e-12)] = outside
+            values = np.moveaxis(moved, -1, axis)
     return values
 
 
@@ -76,8 +76,8 @@ def _along_last(values: NDArray[Element], cells: Array, positions: Array) -> NDA
     if values.dtype.kind != "f":
         return values[..., lower + (weight >= 0.5)]
     numbers = values.astype(np.float64)
-    between = (1.0 - weight) * numbers[..., lower] + weight * numbers[..., lower + 1]
-    return np.asarray(between, values.dtype)
+    interpolated = (1.0 - weight) * numbers[..., lower] + weight * numbers[..., lower + 1]
+    return np.asarray(interpolated, values.dtype)
 
 
 def representative_cycles(available: Collection[int], most: int = 6) -> tuple[int, ...]:
@@ -197,6 +197,6 @@ class _Stack:
             _, rows, kept = np.intersect1d(cycles, snapshots, return_indices=True)
             some = slice(kept.min(initial=snapshots.size), kept.max(initial=-1) + 1)
             for stored in read_arrays(file, [field.name], some).values():
-                at = kept - some.start
-                values[rows] = resampled(stored[at], cells, positions, field.outside)
+                indices = kept - some.start
+                values[rows] = resampled(stored[indices], cells, positions, field.outside)
         return values

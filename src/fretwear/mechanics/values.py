@@ -38,7 +38,7 @@ class OverCycles:
             raise QuantityError(rule, "give a value for each cycle")
         if self.cycles[0] != 0.0:
             raise located("cycles", self.cycles[0], QuantityError("must begin with 0"))
-        if any(after <= before for before, after in pairwise(self.cycles)):
+        if any(later <= earlier for earlier, later in pairwise(self.cycles)):
             raise located("cycles", self.cycles, QuantityError("must ascend"))
 
     def read_by(self, quantity: Quantity, folder: object) -> float | OverCycles:

@@ -156,7 +156,7 @@ def relative_errors(
     """
     relative: dict[str, NDArray[np.float64]] = {}
     for name in (name for name in ASKED if name in errors):
-        values, apart = (np.nan_to_num(np.abs(of[name])) for of in (scalars, errors))
+        values, apart = (np.nan_to_num(np.abs(table[name])) for table in (scalars, errors))
         counts = values > _TRACE * values.max()
         sizes = np.full_like(values, values.max()) if name == _OF_LARGEST else values
         relative[name] = np.divide(apart, sizes, out=np.zeros_like(apart), where=counts)
@@ -298,7 +298,7 @@ def errors_of_sums(
     them. Two runs may differ by less, as both err in one direction while wear goes on slowly beside
     the edge of the stick zone.
     """
-    at_ends = (np.nan_to_num(np.abs(of[_SUMMED])) for of in (scalars, errors))
+    at_ends = (np.nan_to_num(np.abs(table[_SUMMED])) for table in (scalars, errors))
     energy, apart = (end + np.concatenate([end[:1], end[:-1]]) for end in at_ends)
     share = np.divide(apart, energy, out=np.zeros_like(apart), where=energy > 0.0)
     return {
@@ -323,11 +323,11 @@ def _differences(
         np.divide(missed, sizes[name], out=relative, where=counts & (sizes[name] > 0))
         differs = relative[relative > 0.0]
         usual[name] = float(np.exp(np.median(np.log(differs)))) if differs.size else 0.0
-        beside = np.zeros_like(fine)
-        beside[2:] = relative[1:-1]
+        neighbours = np.zeros_like(fine)
+        neighbours[2:] = relative[1:-1]
         # What a later value has lost or grown by says nothing of the one before.
         now, later = sizes[name][1:-1], sizes[name][2:]
         alike = np.minimum(now, later) / np.maximum(np.maximum(now, later), np.finfo(float).tiny)
-        beside[1:-1] = np.maximum(beside[1:-1], alike * relative[2:])
-        apart[name] = np.maximum(apart[name], _BESIDE * beside * sizes[name])
+        neighbours[1:-1] = np.maximum(neighbours[1:-1], alike * relative[2:])
+        apart[name] = np.maximum(apart[name], _BESIDE * neighbours * sizes[name])
     return apart, sizes, usual

@@ -177,8 +177,8 @@ def run(
     checkpoints: a resumed run starts its twin anew.
     """
     record = record or RunRecord()
-    before = case_warnings(case) if case.asked_accuracy is None else ()
-    for warning in before:
+    foreseen = case_warnings(case) if case.asked_accuracy is None else ()
+    for warning in foreseen:
         warn(str(warning))
     if record.width is None:
         record.width = next_width(case, ())
@@ -196,7 +196,7 @@ def run(
         if width is None:
             break
         record.begin_anew(computed.rounds, width)
-    return _labelled(case, computed, record, command, warn, len(before))
+    return _labelled(case, computed, record, command, warn, len(foreseen))
 
 
 @dataclass(frozen=True)
@@ -223,14 +223,14 @@ def _run_on_cells(
     case, coarser_case = asked.on_cells(width), asked.on_cells(times * width)
     wider = record.rounds[-1:]
     twin: Iterator[Described]
-    twin = (Described(*of) for run in wider for of in zip(run.rows, run.tips, strict=True))
+    twin = (Described(*pair) for run in wider for pair in zip(run.rows, run.tips, strict=True))
     # Equal cells call for a run on default ones in any case, which has this one as its twin.
     if case.error_estimate and not record.rounds and not (width > 1.0 and asked.has_equal_cells):
         twin = _described_twin(coarser_case, times * width * asked.coarseness)
     coarser: list[Described] = []
     trouble = ""
 
-    def follow() -> None:
+    def advance_twin() -> None:
         nonlocal trouble
         try:
             coarser.extend(islice(twin, len(record.snapshots) - len(coarser)))
@@ -245,8 +245,8 @@ def _run_on_cells(
             record.add(step, keep_fields=state.cycle in case.output_cycles)
             for observer in observers:
                 observer(step)
-            follow()
-        follow()
+            advance_twin()
+        advance_twin()
         found = [described(workspace, state) for state in snapshots]
         # Without a run on wider cells, there are no errors to which they belong.
         compared = zip(snapshots, found, strict=True) if wider or coarser else ()
@@ -401,13 +401,13 @@ def _snapshot_fields(
     last = snapshots[-1].geometry
     plane = last.plane(workspace.problem.spacing)
     shape = plane.shape[: len(workspace.problem.frame.axes)]
-    about = (
+    fields = (
         *FIELDS,
         *(BODY_FIELDS if snapshots[-1].wear_of_each(workspace.problem.wear_law) else ()),
     )
-    about += VECTOR_FIELDS if snapshots[-1].reduced.sheared is not None else ()
-    about += (FRICTION_FIELD,) if workspace.problem.friction_law.follows_slip else ()
-    stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in about}
+    fields += VECTOR_FIELDS if snapshots[-1].reduced.sheared is not None else ()
+    fields += (FRICTION_FIELD,) if workspace.problem.friction_law.follows_slip else ()
+    stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in fields}
     for row, snapshot in enumerate(snapshots):
         state = snapshot.on(workspace, snapshot.geometry.extended(last))
         problem = workspace.problem.of(state)
@@ -475,9 +475,9 @@ def _snapshot_fields(
                 written["slip"][loaded] = written["path"][loaded] / carried
             if reduced.sheared is not None:
                 _obey_friction(written, problem.friction_law.coefficient)
-        beyond = np.hypot(plane.x[:, None], plane.y) > problem.indenter.end
+        off_punch = np.hypot(plane.x[:, None], plane.y) > problem.indenter.end
         for name, value in (("gap", np.nan), ("slip", 0.0)):
-            written[name][beyond & (written["pressure"] == 0.0)] = value
+            written[name][off_punch & (written["pressure"] == 0.0)] = value
         for name, values in stored.items():
             values[row] = written[name].reshape(shape)
     return stored
@@ -491,8 +491,8 @@ def _obey_friction(written: dict[str, NDArray[np.generic]], friction: float) -> 
     """
     least = np.finfo(np.float64).tiny
     traction, slip = (
-        np.stack([written[name], written[other]])
-        for name, other in (("shear_traction", "shear_traction_y"), ("slip_x", "slip_y"))
+        np.stack([written[name], written[partner]])
+        for name, partner in (("shear_traction", "shear_traction_y"), ("slip_x", "slip_y"))
     )
     bound = friction * np.asarray(written["pressure"])
     slips = (written["stick_fraction"] == 0.0) & (bound > 0.0)

@@ -163,9 +163,9 @@ class Case(Setup):
             members, unread, broken = _read(parameters)
         values = {**members}
         # Fields of parts that are keys are attributes too, if none of their name follows from all.
-        for name, about in case_members().items():
+        for name, parameter in case_members().items():
             part: Any = members.get(name)
-            if is_open(about, part):
+            if is_open(parameter, part):
                 fields = (field for field in part.parameters() if not hasattr(Case, field))
                 values |= {field: vars(part)[field] for field in fields}
         for name, value in values.items():
@@ -194,14 +194,14 @@ class Case(Setup):
     def replace(self, **changes: object) -> Case:
         """Return the case with other values of some parameters: ``case.replace(load="60 N")``."""
         kept: dict[str, object] = {}
-        for member, about in case_members().items():
+        for member, parameter in case_members().items():
             value = getattr(self, member)
-            open_ = is_open(about, value)
+            open_ = is_open(parameter, value)
             kept |= {n: vars(value)[n] for n in value.parameters()} if open_ else {member: value}
         # Blocks contain their cycles.
         del kept["cycles" if self.blocks else "blocks"]
-        for other in {other for name in changes for other in case_keys().replaced_by(name)}:
-            kept.pop(other, None)
+        for replaced in set[str]().union(*map(case_keys().replaced_by, changes)):
+            kept.pop(replaced, None)
         if not changes.get("error_estimate", True):
             kept.pop("accuracy", None)
         if self.output_cycles != snapshots_of(None, self.cycles):
@@ -348,11 +348,11 @@ class Case(Setup):
             end += block.cycles
             changed: dict[str, object] = {"blocks": ()}
             for member in _IN_BLOCKS:
-                about = case_members()[member]
-                assert isinstance(about, Inline)
-                keys = about.keys
-                if given := {name: value for name, value in block.values.items() if name in keys}:
-                    changed[member] = about.changed(getattr(self, member), given)
+                parameter = case_members()[member]
+                assert isinstance(parameter, Inline)
+                keys = parameter.keys
+                if changes := {name: value for name, value in block.values.items() if name in keys}:
+                    changed[member] = parameter.changed(getattr(self, member), changes)
             yield end, None if None in changed.values() else self.changed(**changed)
 
     # What identifies a case.
@@ -367,11 +367,11 @@ class Case(Setup):
         """
         canonical: dict[str, object] = {}
         for name, value in self._identifying_members().items():
-            about = case_members()[name]
-            if is_open(about, value):
+            parameter = case_members()[name]
+            if is_open(parameter, value):
                 canonical |= value.canonical()
             elif value is not None and value != ():
-                canonical[name] = about.canonical(value)
+                canonical[name] = parameter.canonical(value)
         canonical.pop("kind", None)
         return canonical
 
@@ -418,24 +418,24 @@ class Case(Setup):
         Materials that differ appear as ``youngs_modulus_1``, ``youngs_modulus_2``.
         """
         return {
-            coordinate(name): (value, "" if isinstance(value, str) else about.si_unit, about.words)
-            for name, value, about in self._declared_coordinates()
+            coordinate(name): (value, "" if isinstance(value, str) else key.si_unit, key.words)
+            for name, value, key in self._declared_coordinates()
         }
 
     @property
     def _worded(self) -> dict[str, str]:
         """The values of the coordinates in readable units, by their words."""
         return {
-            about.words: about.text(in_unit(value, about.si_unit))
-            for _, value, about in self._declared_coordinates()
+            parameter.words: parameter.text(in_unit(value, parameter.si_unit))
+            for _, value, parameter in self._declared_coordinates()
         }
 
     def _declared_coordinates(self) -> Iterator[tuple[str, Any, Parameter]]:
         for name, value in self._coordinates():
-            about = case_keys().coordinate(name).in_frame(self.frame)
+            parameter = case_keys().coordinate(name).in_frame(self.frame)
             if name in derived(Case):
-                about = about.renamed(about.words.replace("radius", self.frame.extent))
-            yield name, value, about
+                parameter = parameter.renamed(parameter.words.replace("radius", self.frame.extent))
+            yield name, value, parameter
 
     def _coordinates(self) -> Coordinates:
         following = dict(derived(Case))
@@ -448,17 +448,17 @@ class Case(Setup):
             del following["tangential_ratio"], following["tangential_load"]
         if self.loading.is_force or self.loading.stroke:
             del following["displacement_amplitude"], following["displacement_ratio"]
-        for member, about in case_members().items():
+        for member, parameter in case_members().items():
             value: Any = solved.get(member, getattr(self, member))
-            if isinstance(about, Inline):
-                for name, one in {**about.keys, **value.parameters()}.items():
+            if isinstance(parameter, Inline):
+                for name, one in {**parameter.keys, **value.parameters()}.items():
                     if name in following or name in vars(value):
                         following.pop(name, None)
                         yield from one.coordinates(name, getattr(self, name))
             elif member == "cell":
-                yield from islice(about.coordinates(member, value), len(self.frame.axes))
-            elif value is not None or (isinstance(about, PartOf) and not about.is_second):
-                yield from about.coordinates(member, value)
+                yield from islice(parameter.coordinates(member, value), len(self.frame.axes))
+            elif value is not None or (isinstance(parameter, PartOf) and not parameter.is_second):
+                yield from parameter.coordinates(member, value)
         for name, quantity in following.items():
             # Only Hertzian contacts have quantities named after Hertz.
             if self.indenter.is_hertzian or not name.startswith("hertz"):
@@ -474,13 +474,13 @@ def _form(keys: Keys) -> TypeAdapter[dict[str, Any]]:
 def _read(parameters: Mapping[str, object]) -> tuple[Members, Set[str], Mistakes]:
     """Read the keywords of a case; otherwise as `assembled`."""
     mistakes, keys = Mistakes(), case_keys()
-    given = {name: value for name, value in parameters.items() if value is not None}
-    given = long_form(given, {})
+    keywords = {name: value for name, value in parameters.items() if value is not None}
+    keywords = long_form(keywords, {})
     form = _form(keys)
-    values = mistakes.read(form, given, lambda: inlined(form.json_schema()))
+    values = mistakes.read(form, keywords, lambda: inlined(form.json_schema()))
     snapshots = values.pop("output_cycles", None)
     values.pop(MATERIAL, None)
-    unread = keys.unread(given.keys() - {"output_cycles"}, values.keys())
+    unread = keys.unread(keywords.keys() - {"output_cycles"}, values.keys())
     members, lacking, found = assembled(values, unread, snapshots)
     mistakes += found
     return members, lacking, mistakes
@@ -518,7 +518,7 @@ def case_members() -> Mapping[str, Parameter]:
 
 def case_keys() -> Keys:
     """Return the keys of a case with the kinds that there are."""
-    families = (about.family for about in case_members().values() if isinstance(about, PartOf))
+    families = (part.family for part in case_members().values() if isinstance(part, PartOf))
     return _keys(tuple(tuple(family.kinds().items()) for family in families))
 
 
@@ -527,8 +527,8 @@ def _keys(_: tuple[tuple[tuple[str, type], ...], ...]) -> Keys:
     return Keys(Case)
 
 
-def is_open(about: Parameter, value: object) -> bool:
+def is_open(parameter: Parameter, value: object) -> bool:
     """Whether the fields of a part are keys of the case."""
-    if isinstance(about, Inline):
+    if isinstance(parameter, Inline):
         return value is not None
-    return isinstance(about, PartOf) and getattr(value, "kind", "") == about.short != ""
+    return isinstance(parameter, PartOf) and getattr(value, "kind", "") == parameter.short != ""

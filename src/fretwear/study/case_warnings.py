@@ -174,8 +174,8 @@ def _of_slip(case: Case) -> _Words:
             )
     others = case.indenter.couplings(case.bodies)
     if others and case.slip_model.is_isotropic:
-        error = max(abs(other / case.coupling - 1.0) for other in others)
-        by_curvatures = " and ".join(f"{other:.4g}" for other in others)
+        error = max(abs(estimate / case.coupling - 1.0) for estimate in others)
+        by_curvatures = " and ".join(f"{estimate:.4g}" for estimate in others)
         yield (
             "is elongated, so that no single κ relates slip to the gap of the reduced contact",
             f"κ is {case.coupling:.4g} in the centre and taken everywhere, but {by_curvatures} by "

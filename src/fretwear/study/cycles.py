@@ -57,8 +57,8 @@ class Block(BaseModel):
     @property
     def values(self) -> dict[str, object]:
         """The values that it changes, by the names of their keys."""
-        given = self.model_fields_set - {"cycles"}
-        return {name: value for name, value in vars(self).items() if name in given}
+        changed = self.model_fields_set - {"cycles"}
+        return {name: value for name, value in vars(self).items() if name in changed}
 
 
 def _changeable() -> dict[str, object]:
@@ -81,7 +81,7 @@ class Blocks(Plain):
     @property
     def fields(self) -> dict[str, Parameter]:
         """The parameters that a block may have, by name."""
-        return {n: about for family in _CHANGEABLE for n, about in Inline(family).keys.items()}
+        return {n: key for family in _CHANGEABLE for n, key in Inline(family).keys.items()}
 
     def canonical(self, value: Sequence[Block]) -> object:
         """Return a list of mappings."""
@@ -118,6 +118,6 @@ def snapshots_of(asked: tuple[int, ...] | None, cycles: int) -> tuple[int, ...]:
     """
     if asked is None:
         powers = [10**n for n in range(len(str(cycles))) if 10**n < cycles]
-        between = [3 * power for power in reversed(powers) if 3 * power < cycles]
-        asked = (*powers, *between[: max(0, _SNAPSHOTS - 2 - len(powers))])
+        intermediate = [3 * power for power in reversed(powers) if 3 * power < cycles]
+        asked = (*powers, *intermediate[: max(0, _SNAPSHOTS - 2 - len(powers))])
     return tuple(sorted({0, cycles, *asked}))

@@ -98,10 +98,10 @@ class Axis:
         if self.drawn_from is None:
             count = len(self.values)
             chosen = [min(int(fraction * count), count - 1) for fraction in fractions]
-            values, written = (tuple(of[i] for i in chosen) for of in (self.values, self.written))
+            values, written = (tuple(row[i] for i in chosen) for row in (self.values, self.written))
         else:
             key = case_keys()[self.name]
-            dimension = BY_SI_UNIT[key.about.in_frame_of(self.drawn_from.low).si_unit]
+            dimension = BY_SI_UNIT[key.parameter.in_frame_of(self.drawn_from.low).si_unit]
             numbers = map(self.drawn_from.at, fractions)
             written = tuple(format_quantity(number, dimension, digits=9) for number in numbers)
             values = tuple(
@@ -121,7 +121,7 @@ def axes_of(
     names = [name for name in written if name in vary]
     axes = [_axis(name, vary[name], written[name], design, mistakes) for name in names]
     for name in names:
-        if whole := [other for other in names if name.startswith(f"{other}.")]:
+        if whole := [outer for outer in names if name.startswith(f"{outer}.")]:
             rule = f"varies as a whole, but {name} varies a part of it"
             mistakes.add(f"vary.{whole[0]}", None, rule, "vary one or the other")
     lengths = [len(axis.values) for axis in axes]
@@ -134,8 +134,8 @@ def axes_of(
         columns = design.columns(len(axes)) if axes else []
         axes = [axis.at(column) for axis, column in zip(axes, columns, strict=True)]
     elif isinstance(design, Zip) and len(set(lengths)) > 1:
-        given = ", ".join(f"{axis.name} has {len(axis.values)}" for axis in axes)
-        mistakes.add("vary", None, f"needs lists of equal lengths under design: zip: {given}")
+        sizes = ", ".join(f"{axis.name} has {len(axis.values)}" for axis in axes)
+        mistakes.add("vary", None, f"needs lists of equal lengths under design: zip: {sizes}")
     elif isinstance(design, Combinations):
         size = math.prod(lengths)
     if size > MAX_POINTS:

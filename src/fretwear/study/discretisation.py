@@ -425,7 +425,7 @@ def unworn_peak(setup: Setup, film: Film | None) -> float:
     shape: Array = 0.5 * x**2 / hertz.radius
     if setup.frame is LINE_CONTACT or setup.indenter.is_axisymmetric:
         shape = setup.indenter.gap(x, y)
-    load, approach = setup.normal.given
+    load, approach = setup.normal.held
     bodies = cells.half_space(modulus, film)
     contact = solve_contact(ContactProblem(bodies, shape, load, approach=approach))
     return float(contact.pressure.max())

@@ -61,7 +61,7 @@ class Key:
 
     member: str  # field of the case to which it belongs
     field: str  # field of the part, or of the case
-    about: Parameter
+    parameter: Parameter
     hint: Any  # type of the value
     kind: type[Part] | None = None  # the part that has it; None: the case itself
 
@@ -83,28 +83,28 @@ class Keys:
         self._dotted: dict[str, Key] = {}  # fields of parts; of kinds that share one, the first
         self._coordinates: dict[str, Parameter] = {}
         # Fields of parts that are keys of the case, of all kinds or of the short one.
-        self.open_keys = {member: _open_keys(about) for member, about in self.members.items()}
+        self.open_keys = {member: _open_keys(whole) for member, whole in self.members.items()}
         hints = get_type_hints(owner, include_extras=True)
-        for member, about in self.members.items():
-            if not isinstance(about, Inline):
-                self._own[member] = Key(member, member, about, hints[member])
-            if isinstance(about, PartOf):
-                for kind in about.family.kinds().values():
-                    self._add_fields(member, about, kind)
+        for member, parameter in self.members.items():
+            if not isinstance(parameter, Inline):
+                self._own[member] = Key(member, member, parameter, hints[member])
+            if isinstance(parameter, PartOf):
+                for kind in parameter.family.kinds().values():
+                    self._add_fields(member, parameter, kind)
         for name, key in self._own.items():
-            self._coordinates |= _possible(coordinate(name), key.about)
+            self._coordinates |= _possible(coordinate(name), key.parameter)
         self._coordinates |= derived(owner)
 
-    def _add_fields(self, member: str, about: PartOf, kind: type[Part]) -> None:
+    def _add_fields(self, member: str, member_parameter: PartOf, kind: type[Part]) -> None:
         hints = get_type_hints(kind, include_extras=True)
-        for field, parameter in about.named(kind.parameters()).items():
+        for field, parameter in member_parameter.named(kind.parameters()).items():
             key = Key(member, field, parameter, hints[field], kind)
             if field in self.open_keys[member]:
                 self._own.setdefault(field, key)
-            if not isinstance(about, Inline):
+            if not isinstance(member_parameter, Inline):
                 self._dotted.setdefault(f"{member}.{field}", key)
                 self._coordinates |= _possible(f"{member}_{field}", parameter)
-        named = about.named(derived(kind)).items()
+        named = member_parameter.named(derived(kind)).items()
         self._coordinates |= {f"{member}_{name}": quantity for name, quantity in named}
 
     @cached_property
@@ -148,9 +148,9 @@ class Keys:
         member = self.member_of(name)
         if member in ("cycles", "blocks"):
             return {"cycles", "blocks"} - {name}
-        about, keys = self.members.get(member), {*self.open_keys.get(member, ())}
-        if isinstance(about, Inline):
-            kind = about.leading.get(name)
+        parameter, keys = self.members.get(member), {*self.open_keys.get(member, ())}
+        if isinstance(parameter, Inline):
+            kind = parameter.leading.get(name)
             return keys - {*kind.parameters()} if kind else set()
         return {member} if name in keys else keys
 
@@ -162,93 +162,94 @@ class Keys:
         Unread keys were given too, but their values are not known. Keys that the first block gives
         may be missing.
         """
-        given = {*values, *unread}
-        needed = required(self.owner) - ({"cycles"} if "blocks" in given else set())
+        names = {*values, *unread}
+        needed = required(self.owner) - ({"cycles"} if "blocks" in names else set())
         members: dict[str, object] = {}
-        if {"cycles", "blocks"} <= given:
+        if {"cycles", "blocks"} <= names:
             mistakes.add("cycles", None, "is redundant: each block gives its cycles")
-        for member, about in self.members.items():
+        for member, parameter in self.members.items():
             open_keys = self.open_keys[member]
             keys = {name: values[name] for name in open_keys if name in values}
-            if isinstance(about, Inline):
-                part = self._inline(about, keys, given, values.get("blocks", ()), mistakes)
+            if isinstance(parameter, Inline):
+                part = self._inline(parameter, keys, names, values.get("blocks", ()), mistakes)
                 members |= {member: part} if part is not None else {}
             elif member in values:
                 value = values[member]
                 is_trivial = isinstance(value, Part) and value.is_trivial
                 members[member] = None if is_trivial else value
-                for name in given & open_keys.keys():
+                for name in names & open_keys.keys():
                     mistakes.add(name, None, f"is redundant: {member} is given too")
-            elif keys and isinstance(about, PartOf):
-                members[member] = about.family.kinds()[about.short].unchecked(**keys)
-            elif member in needed and not given & {member, *open_keys}:
+            elif keys and isinstance(parameter, PartOf):
+                members[member] = parameter.family.kinds()[parameter.short].unchecked(**keys)
+            elif member in needed and not names & {member, *open_keys}:
                 self._missing(next(iter(open_keys), member), mistakes)
         return members
 
-    def unread(self, given: Set[str], known: Set[str]) -> set[str]:
+    def unread(self, names: Set[str], known: Set[str]) -> set[str]:
         """Return the keys that are given but not known.
 
         A misspelt name stands for the nearest, unless that would replace a given key.
         """
-        given = {*given, *(PROPERTIES if MATERIAL in given else ())} - {MATERIAL}
-        meant = {nearest(name, self._own) for name in given if name not in self._own} - {""}
-        meant = {name for name in meant if not self.replaced_by(name) & given}
-        return (given & self._own.keys() | meant) - known
+        names = {*names, *(PROPERTIES if MATERIAL in names else ())} - {MATERIAL}
+        meant = {nearest(name, self._own) for name in names if name not in self._own} - {""}
+        meant = {name for name in meant if not self.replaced_by(name) & names}
+        return (names & self._own.keys() | meant) - known
 
     def lacking(self, members: Mapping[str, object], unread: Set[str]) -> Set[str]:
         """Return the members of a case that are missing, or whose values are not known."""
         return (required(self.owner) - members.keys()) | {self.member_of(name) for name in unread}
 
     def _missing(self, name: str, mistakes: Mistakes) -> None:
-        hint = f"such as {name}: {self[name].about.example}"
+        hint = f"such as {name}: {self[name].parameter.example}"
         mistakes.add(name, None, "is missing", hint)
 
     def _inline(
         self,
-        about: Inline,
+        inline: Inline,
         keys: dict[str, object],
-        given: set[str],
+        names: set[str],
         blocks: Sequence[Any],
         mistakes: Mistakes,
     ) -> Part | None:
         """The part of the kind that the keys decide."""
-        known = about.keys
-        if (kind := about.kind_of(keys)) is None and blocks:
+        known = inline.keys
+        if (kind := inline.kind_of(keys)) is None and blocks:
             keys = {n: v for n, v in blocks[0].values.items() if n in known} | keys
-            kind = about.kind_of(keys)
-        if kind is not None and not given & (known.keys() - keys.keys()):
+            kind = inline.kind_of(keys)
+        if kind is not None and not names & (known.keys() - keys.keys()):
             part = kind.unchecked(**keys)
             if part.mistake is not None:
                 mistakes.add(next(iter(keys)), None, *part.mistake)
             return part
-        leading = about.leading
-        first, *others = [name for name in leading if name in given] or [""]
-        kind = leading[first] if first else next(iter(about.family.kinds().values()))
+        leading = inline.leading
+        first, *others = [name for name in leading if name in names] or [""]
+        kind = leading[first] if first else next(iter(inline.family.kinds().values()))
         if leading and not first:
-            if "blocks" not in given:
+            if "blocks" not in names:
                 such = " or ".join(f"{name}: {known[name].example}" for name in leading)
                 name = next(iter(leading))
                 mistakes.add(name, None, "is missing", f"give one of {such}")
             return None
-        for name in sorted({*others, *given & known.keys() - kind.parameters().keys()}):
+        for name in sorted({*others, *names & known.keys() - kind.parameters().keys()}):
             mistakes.add(name, None, f"is redundant: {first} is given too")
         for name in kind.parameters():
-            if not others and name in required(kind) and name not in given:
+            if not others and name in required(kind) and name not in names:
                 self._missing(name, mistakes)
         return None
 
 
-def _open_keys(about: Parameter) -> dict[str, Parameter]:
-    if not isinstance(about, PartOf):
+def _open_keys(parameter: Parameter) -> dict[str, Parameter]:
+    if not isinstance(parameter, PartOf):
         return {}
-    kinds = about.family.kinds().items()
-    chosen = (kind for name, kind in kinds if isinstance(about, Inline) or name == about.short)
+    kinds = parameter.family.kinds().items()
+    short = None if isinstance(parameter, Inline) else parameter.short
+    chosen = (kind for name, kind in kinds if short in {None, name})
     return {name: one for kind in chosen for name, one in kind.parameters().items()}
 
 
 def _described(key: Key) -> object:
     """The type of a value, annotated by the parameter with its description."""
-    notes = (key.about if isinstance(note, Parameter) else note for note in key.hint.__metadata__)
+    notes = (key.parameter if isinstance(n, Parameter) else n for n in key.hint.__metadata__)
     annotated: Any = Annotated  # a type checker takes the index of `Annotated` for a type
     return annotated[(key.hint.__origin__, *notes)]
 
@@ -256,7 +257,7 @@ def _described(key: Key) -> object:
 def _varied(key: Key) -> object:
     """The type of the values of a varied parameter: a list or, where it can be drawn, a range."""
     listed: Any = Annotated[GenericAlias(list, (_described(key),)), Field(min_length=1)]
-    if not key.about.can_be_sampled:
+    if not key.parameter.can_be_sampled:
         return listed
     generic: Any = Range
     drawn: Any = generic[key.hint]
@@ -266,14 +267,14 @@ def _varied(key: Key) -> object:
     ]
 
 
-def _possible(name: str, about: Parameter) -> Iterable[tuple[str, Parameter]]:
+def _possible(name: str, key: Parameter) -> Iterable[tuple[str, Parameter]]:
     """The coordinates that a parameter may have, by name."""
-    yield name, about
-    if not isinstance(about, Quantity):
+    yield name, key
+    if not isinstance(key, Quantity):
         return
-    for end, words in about.places:
-        yield from _possible(f"{name}_{end}", about._item.renamed(f"{about.words} {words}"))
-    for form in about.forms:
+    for end, words in key.places:
+        yield from _possible(f"{name}_{end}", key._item.renamed(f"{key.words} {words}"))
+    for form in key.forms:
         for field, parameter in (fields := declared(form)).items():
             yield from _possible(f"{name}_{field}", parameter)
         if not fields:

@@ -26,7 +26,7 @@ class Mistake:
     """One mistake of a study."""
 
     key: str  # dotted name as in the file, such as vary.load[1]; empty for the file as a whole
-    given: object  # the value there, or None
+    entry: object  # the value there, or None
     rule: str  # what is wrong or required, as a sentence without its subject
     remedy: str = ""  # what to do
     line: int | None = None  # of the file, counted from 1
@@ -34,7 +34,7 @@ class Mistake:
     @property
     def value(self) -> str:
         """The value, as written in the file."""
-        text = in_words(self.given)
+        text = in_words(self.entry)
         return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
 
     @property
@@ -55,14 +55,14 @@ class Mistake:
 class Mistakes(list[Mistake]):
     """The mistakes found while reading, in order."""
 
-    def add(self, key: str, given: object, rule: str, remedy: str = "") -> None:
+    def add(self, key: str, value: object, rule: str, remedy: str = "") -> None:
         """Add a mistake, which has no line yet."""
-        self.append(Mistake(key, given, rule, remedy))
+        self.append(Mistake(key, value, rule, remedy))
 
     def read(
         self,
         form: TypeAdapter[Form],
-        given: Mapping[str, object],
+        values: Mapping[str, object],
         schema: Callable[[], Schema],
         folder: Path | None = None,
         nested: Sequence[str] = (),
@@ -73,21 +73,21 @@ class Mistakes(list[Mistake]):
         keys come from the JSON Schema.
         """
         try:
-            return form.validate_python(given, context=folder)
+            return form.validate_python(values, context=folder)
         except ValidationError as error:
             found = error.errors(include_url=False)
-        kept = dict(given)
+        kept = dict(values)
         for one in found:
             place = one["loc"]
-            inner = [at["loc"] for at in found if at["loc"][: len(place)] == place]
+            inner = [each["loc"] for each in found if each["loc"][: len(place)] == place]
             # A list whose items are all wrong is not too short as well.
             if one["type"] != "too_short" or len(inner) == 1:
                 self.append(_mistake(one, schema))
-            first, *below = place
-            if below and first in nested:
+            first, *inner_path = place
+            if inner_path and first in nested:
                 entries = kept.get(str(first), {})
                 assert isinstance(entries, Mapping)
-                kept[str(first)] = {key: entries[key] for key in entries if key != below[0]}
+                kept[str(first)] = {key: entries[key] for key in entries if key != inner_path[0]}
             else:
                 kept.pop(str(first), None)
         return self.read(form, kept, schema, folder, nested)
@@ -112,29 +112,29 @@ def _mistake(one: ErrorDetails, schema: Callable[[], Schema]) -> Mistake:
     """A mistake as pydantic reports it, in our words."""
     path = [step for step in one["loc"] if step not in (LISTED, RANGE)]
     steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
-    place, given, context = "".join(steps).removeprefix("."), one["input"], one.get("ctx", {})
+    place, value, context = "".join(steps).removeprefix("."), one["input"], one.get("ctx", {})
     match one["type"]:
         case "value_error" if isinstance(context["error"], QuantityError):
-            return Mistake(place, given, context["error"].rule, context["error"].hint)
+            return Mistake(place, value, context["error"].rule, context["error"].hint)
         case "missing":
             return Mistake(place, None, "is missing")
         case "unexpected_keyword_argument" | "extra_forbidden":
             valid = _keys_at(schema(), path[:-1])
-            return Mistake(place, given, "is not known", nearest_key(str(path[-1]), valid))
+            return Mistake(place, value, "is not known", nearest_key(str(path[-1]), valid))
         case "literal_error":
             words = re.findall(r"'([^']*)'", str(context["expected"]))
             return Mistake(
-                place, given, f"must be {context['expected']}", did_you_mean(given, words)
+                place, value, f"must be {context['expected']}", did_you_mean(value, words)
             )
         case "bool_parsing" | "bool_type":
-            return Mistake(place, given, "must be true or false")
+            return Mistake(place, value, "must be true or false")
         case "dict_type" | "model_type" | "dataclass_type":
-            return Mistake(place, given, "must be a mapping")
+            return Mistake(place, value, "must be a mapping")
         case "list_type" | "too_short":
-            return Mistake(place, given, "must be a list of values")
+            return Mistake(place, value, "must be a list of values")
         case _:
             message = one["msg"].removeprefix("Value error, ").replace("Input should", "must")
-            return Mistake(place, given, message[:1].lower() + message[1:])
+            return Mistake(place, value, message[:1].lower() + message[1:])
 
 
 def in_words(value: object) -> str:

@@ -22,11 +22,11 @@ def value_text(name: str, value: object) -> str:
 
 def symbol_text(name: str, value: object) -> str:
     """Return symbol and value in mathtext, for labels inside figures: ``$P$ = 25 N``."""
-    about = parameter(name)
-    return about.word_for(value) or f"{about.symbol} = {about.text(value)}"
+    declaration = parameter(name)
+    return declaration.word_for(value) or f"{declaration.symbol} = {declaration.text(value)}"
 
 
 def words_text(name: str, value: object) -> str:
     """Return words and value, for captions: ``normal load 25 N``, ``elastic``."""
-    about = parameter(name)
-    return about.word_for(value) or f"{about.words} {about.text(value)}"
+    declaration = parameter(name)
+    return declaration.word_for(value) or f"{declaration.words} {declaration.text(value)}"

@@ -122,8 +122,8 @@ def assign(content: dict[str, object], name: str, value: object) -> None:
     gone = case_keys().replaced_by(name)
     replaced = tuple(f"{key}." for key in (*gone, name))
     base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
-    base = {key: given for key, given in base.items() if key not in gone}
-    vary = {key: given for key, given in vary.items() if not f"{key}.".startswith(replaced)}
+    base = {key: entry for key, entry in base.items() if key not in gone}
+    vary = {key: entry for key, entry in vary.items() if not f"{key}.".startswith(replaced)}
     if part and whole in vary:
         raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
     base[whole] = {**as_mapping(base.get(whole)), part: value} if part else value
@@ -134,20 +134,20 @@ def assign(content: dict[str, object], name: str, value: object) -> None:
 
 def _checked(
     file: Path,
-    given: Mapping[str, object],
+    plain: Mapping[str, object],
     assignments: Sequence[str],
-    before: Sequence[Mistake] = (),
+    earlier: Sequence[Mistake] = (),
     lines: Mapping[str, int] | None = None,
 ) -> Study:
     """Turn the plain content of a study file, changed by assignments, into a `Study`."""
-    content, mistakes = override(given, assignments)
-    mistakes[:0] = before
+    content, mistakes = override(plain, assignments)
+    mistakes[:0] = earlier
     base, vary = (as_mapping(content.get(section)) for section in ("base", "vary"))
     for place, section in study_sections():
         *outer, key = place.split(".")
-        around = as_mapping(content.get(outer[0])) if outer else content
-        if key in around:
-            base = section.complete_base(around[key], base, vary, mistakes)
+        enclosing = as_mapping(content.get(outer[0])) if outer else content
+        if key in enclosing:
+            base = section.complete_base(enclosing[key], base, vary, mistakes)
     content |= {"base": base} if base else {}
     full = long_form(base, vary)
     written = {**content, "base": full} if base or "base" not in content else content
@@ -237,9 +237,9 @@ def _in_order(
         for place, name in shown.items():
             if f"{key}.".startswith((f"{place}.", f"{place}[")):
                 key = name + key.removeprefix(place)
-        line, at = mistake.line or lines.get(key), key
-        while line is None and at:  # the line of the whole that lacks a key
-            at = at[: max(at.rfind("."), at.rfind("["), 0)]
-            line = lines.get(at) if at else None
+        line, whole = mistake.line or lines.get(key), key
+        while line is None and whole:  # the line of the whole that lacks a key
+            whole = whole[: max(whole.rfind("."), whole.rfind("["), 0)]
+            line = lines.get(whole) if whole else None
         told[key, mistake.rule] = replace(mistake, key=key, line=line)
     return sorted(told.values(), key=lambda one: one.line or len(lines) * 1000)

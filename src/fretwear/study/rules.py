@@ -98,12 +98,12 @@ def _length(value: float, digits: int = 3) -> str:
 def _of_other_units(setup: Setup, part: Imposed) -> Iterator[Mistake]:
     """Line contacts carry forces per length."""
     load = BY_SI_UNIT[setup.frame.unit(FORCE.si_unit)]
-    for name, about in part.parameters().items():
-        value, unit = vars(part)[name], about.in_frame(setup.frame).si_unit
+    for name, parameter in part.parameters().items():
+        value, unit = vars(part)[name], parameter.in_frame(setup.frame).si_unit
         if isinstance(value, FloatWithUnit) and value.si_unit != unit:
-            given = BY_SI_UNIT[value.si_unit].name
-            rule = f"is {given}, but the load of this {setup.indenter.kind} is {load.name}"
-            yield Mistake(name, about.text(value), rule, f"such as {name}: {load.example}")
+            dimension = BY_SI_UNIT[value.si_unit].name
+            rule = f"is {dimension}, but the load of this {setup.indenter.kind} is {load.name}"
+            yield Mistake(name, parameter.text(value), rule, f"such as {name}: {load.example}")
 
 
 @rule("indenter", "normal", "loading")
@@ -153,17 +153,17 @@ def _of_stroke(setup: Setup) -> Iterator[Mistake]:
 @rule(*_CELLS)
 def _of_length_of_stroke(setup: Setup, cells: Discretisation) -> Iterator[Mistake]:
     loading, radius = setup.loading, setup.indenter.curvature_radius
-    travel, given = loading.travel, _length(loading.travel, 6)
+    travel, length = loading.travel, _length(loading.travel, 6)
     if not loading.stroke:
         return
     if travel > MOST_STROKE * setup.hertz_radius:
         rule = f"is more than {MOST_STROKE:g} times the {setup.frame.extent} of the contact"
-        yield Mistake(loading.kind, given, rule)
+        yield Mistake(loading.kind, length, rule)
     elif math.isinf(setup.indenter.end):
         reach = cells.scar_half_width + travel
         if reach > GREATEST_CONTACT * radius:
             rule = f"reaches to {_length(reach)} with the scar, beyond half-space theory"
-            yield Mistake(loading.kind, given, rule)
+            yield Mistake(loading.kind, length, rule)
 
 
 @rule(*_SURFACES, "loading")
@@ -241,17 +241,17 @@ def _of_bulk_stress(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
     """It moves the stick zone by e, R times the tilt; where e exceeds a − c, slip reverses."""
     if not setup.bulk_stress:
         return
-    given, hertz = format_quantity(setup.bulk_stress, PRESSURE), setup.hertz
+    stress, hertz = format_quantity(setup.bulk_stress, PRESSURE), setup.hertz
     if not slip_model.follows_shape:
         rule = f"cannot be with slip_model: {slip_model.kind}"
-        yield Mistake("bulk_stress", given, rule)
+        yield Mistake("bulk_stress", stress, rule)
     elif setup.normal.pulsating_load < 1.0:
-        yield Mistake("bulk_stress", given, "cannot be with pulsating_load")
+        yield Mistake("bulk_stress", stress, "cannot be with pulsating_load")
     elif setup.stick_load > 0.0 and hertz.peak_pressure:
         most, moved = hertz.contact_radius - setup.stick_radius, setup.tilt * hertz.radius
         if moved > most:
             rule = "moves the stick zone beyond the contact, where slip reverses"
-            yield Mistake("bulk_stress", given, rule)
+            yield Mistake("bulk_stress", stress, rule)
 
 
 @rule(*_SURFACES, "frequency", "wear_law")
@@ -285,7 +285,7 @@ def _of_load_ratio(setup: Setup) -> Iterator[Mistake]:
 @rule("normal", "loading", "friction_law")
 def _of_force(setup: Setup) -> Iterator[Mistake]:
     """Like the ratio, where load and force are given, the force with its unit."""
-    loading, load = setup.loading, setup.normal.given[0]
+    loading, load = setup.loading, setup.normal.held[0]
     unit = getattr(vars(loading).get("tangential_load"), "si_unit", "")
     if isinstance(loading, TangentialLoad) and load is not None and unit:
         yield from _of_force_under(loading, setup.friction_law, load, unit)
@@ -298,7 +298,7 @@ def _of_unworn_ratio(setup: Setup) -> Iterator[Mistake]:
     unit = getattr(vars(loading).get("tangential_load"), "si_unit", "")
     if not isinstance(loading, TangentialRatio | TangentialLoad):
         yield from _of_least_ratio(loading, setup.tangential_ratio)
-    elif isinstance(loading, TangentialLoad) and not (unit and setup.normal.given[0]):
+    elif isinstance(loading, TangentialLoad) and not (unit and setup.normal.held[0]):
         unit = unit or setup.frame.unit(FORCE.si_unit)
         yield from _of_force_under(loading, setup.friction_law, setup.hertz.load, unit)
 
@@ -308,9 +308,9 @@ def _of_force_under(
 ) -> Iterator[Mistake]:
     force, limit = loading.tangential_load, law.least * load
     if force >= limit:
-        given, most = (format_quantity(each, BY_SI_UNIT[unit]) for each in (force, limit))
+        force_text, most = (format_quantity(each, BY_SI_UNIT[unit]) for each in (force, limit))
         rule = f"is gross sliding: Q must be less than µP = {most}"
-        yield Mistake(loading.kind, given, rule, _GROSS_SLIP)
+        yield Mistake(loading.kind, force_text, rule, _GROSS_SLIP)
     yield from _of_least_ratio(loading, loading.load_ratio(law.coefficient, load))
 
 
@@ -322,13 +322,13 @@ def _of_least_ratio(loading: Loading, ratio: float) -> Iterator[Mistake]:
 
 @rule(*_HERTZ)
 def _of_size(setup: Setup) -> Iterator[Mistake]:
-    largest, beyond = _largest_contact(setup)
+    largest, excess = _largest_contact(setup)
     if setup.hertz_radius > largest:
-        load, approach = setup.normal.given
+        load, approach = setup.normal.held
         unit = BY_SI_UNIT[setup.frame.unit(FORCE.si_unit)]
-        given = _length(approach or 0.0, 6) if load is None else format_quantity(load, unit)
-        rule = f"is too much for this {setup.indenter.kind}: {beyond}"
-        yield Mistake(setup.normal.kind, given, rule)
+        amount = _length(approach or 0.0, 6) if load is None else format_quantity(load, unit)
+        rule = f"is too much for this {setup.indenter.kind}: {excess}"
+        yield Mistake(setup.normal.kind, amount, rule)
 
 
 @rule(*_UNWORN, "plastic_limit", "junction_growth")
@@ -339,11 +339,11 @@ def _of_limit(setup: Setup) -> Iterator[Mistake]:
     √(P/(π p_lim)), which must not exceed `GREATEST_CONTACT`·R; where all slides, by the limit that
     friction lowers. Wear without plastic flow stays far below.
     """
-    largest, beyond = _largest_contact(setup)
+    largest, excess = _largest_contact(setup)
     limit = setup.slip_limit if setup.tangential_ratio >= 1.0 else setup.plastic_limit
     if limit < setup.hertz.spread_pressure(largest):
-        given = format_quantity(setup.plastic_limit, PRESSURE)
-        yield Mistake("plastic_limit", given, f"is too low to carry the load without {beyond}")
+        limit_text = format_quantity(setup.plastic_limit, PRESSURE)
+        yield Mistake("plastic_limit", limit_text, f"is too low to carry the load without {excess}")
 
 
 def _largest_contact(setup: Setup) -> tuple[float, str]:
@@ -360,7 +360,7 @@ def _of_cell(setup: Setup, cell: tuple[float, float] | None) -> Iterator[Mistake
     """Waves and edges of the surfaces need enough cells."""
     if cell is None:
         return
-    given = f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"
+    spacings = f"[{', '.join(format_quantity(spacing, LENGTH) for spacing in cell)}]"
     for name, part in setup.surfaces.items():
         least = part.cells // 2
         for axis, length, spacing in zip("xy", part.finest, cell, strict=True):
@@ -369,14 +369,14 @@ def _of_cell(setup: Setup, cell: tuple[float, float] | None) -> Iterator[Mistake
                     f"is too coarse for the {name}: the {part.detail} along {axis} is "
                     f"{_length(length)} long and needs at least {least} cells"
                 )
-                yield Mistake("cell", given, rule, "or leave cell out")
+                yield Mistake("cell", spacings, rule, "or leave cell out")
 
 
 @rule()
 def _of_snapshots(cycles: int, output_cycles: tuple[int, ...]) -> Iterator[Mistake]:
-    if beyond := [str(cycle) for cycle in output_cycles if cycle > cycles]:
+    if late := [str(cycle) for cycle in output_cycles if cycle > cycles]:
         rule = f"is beyond the last cycle, {cycles}"
-        yield Mistake("output_cycles", ", ".join(beyond), rule)
+        yield Mistake("output_cycles", ", ".join(late), rule)
 
 
 def findings(
@@ -409,12 +409,12 @@ def _of_blocks(
     valid = [block for block in blocks if block is not None]
     if len(valid) < len(blocks):
         yield Mistake("blocks", None, "has a block that lacks a parameter of its loading")
-    for name, given in (
+    for name, mistakes in (
         ("sliding_amplitude", {bool(block.loading.stroke) for block in valid}),
         ("pulsating_load", {block.normal.pulsating_load < 1.0 for block in valid}),
         ("friction that follows slip", {block.friction_law.follows_slip for block in valid}),
     ):
-        if len(given) > 1:
+        if len(mistakes) > 1:
             rule = f"has blocks with {name} and blocks without: give it in all or in none"
             yield Mistake("blocks", None, rule)
     if any(isinstance(block.loading, SlidingDistance) for block in valid):

@@ -86,7 +86,7 @@ class StudySection:
     @classmethod
     def complete_base(
         cls,
-        given: object,
+        value: object,
         base: Mapping[str, object],
         vary: Mapping[str, object],
         mistakes: Mistakes,
@@ -137,8 +137,8 @@ def _form(keys: Keys, varied: tuple[str, ...]) -> TypeAdapter[Sections]:
         added[whole][key] = section, None
     output = create_model("Output", __base__=Output, __doc__=Output.__doc__, **added["output"])
     base, vary = (
-        Annotated[dict[str, object], MappingOf(types), Field(description=about.description)]
-        for types, about in (
+        Annotated[dict[str, object], MappingOf(types), Field(description=field.description)]
+        for types, field in (
             (keys.types, Sections.model_fields["base"]),
             (keys.varied_types(varied), Sections.model_fields["vary"]),
         )

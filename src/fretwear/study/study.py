@@ -16,9 +16,9 @@ from fretwear.study.sections import StudySection
 from fretwear.units import in_unit
 
 
-def as_mapping(given: object) -> Mapping[str, object]:
+def as_mapping(value: object) -> Mapping[str, object]:
     """The content of a section, empty if it is no mapping."""
-    return given if isinstance(given, Mapping) else {}
+    return value if isinstance(value, Mapping) else {}
 
 
 @dataclass(frozen=True)

@@ -63,9 +63,9 @@ def read_document(file: Path) -> Document:
     try:
         return Document(file.read_text(encoding="utf-8-sig"))
     except YAMLError as error:
-        at = error.problem_mark if isinstance(error, MarkedYAMLError) else None
+        mark = error.problem_mark if isinstance(error, MarkedYAMLError) else None
         reason = getattr(error, "problem", None) or "it has characters that are not text"
-        mistake = Mistake("", None, f"is not YAML: {reason}", line=at and at.line + 1)
+        mistake = Mistake("", None, f"is not YAML: {reason}", line=mark and mark.line + 1)
     except UnicodeDecodeError as error:
         mistake = Mistake("", None, f"is not UTF-8 text (byte {error.start})")
     except RecursionError:

@@ -50,7 +50,7 @@ class Zone:
 
 
 @dataclass(frozen=True)
-class Beside:
+class Evidence:
     """What tells where the edge of a zone cuts equal cells."""
 
     pressure: Array  #: pressure in the zone, Pa, zero beside, shape of the geometry
@@ -66,9 +66,9 @@ class Region:
     cells: Mask
     radius: float  #: distance of its outermost edge on the x axis, m
     #: Without it, edges lie anywhere in equal cells.
-    beside: Beside | None = None
+    evidence: Evidence | None = None
     #: The region of contact around a stick zone, where both may end at the same side of a cell.
-    around: Region | None = None
+    contact: Region | None = None
 
 
 class Geometry(ABC):
@@ -204,6 +204,6 @@ class HalfSpace(ABC):
         """
         return self
 
-    def around(self, cells: Mask) -> HalfSpace:
+    def cropped(self, cells: Mask) -> HalfSpace:
         """The same bodies, on fewer cells if these hold the given ones and a margin."""
         return self

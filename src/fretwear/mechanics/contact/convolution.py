@@ -102,8 +102,8 @@ class QuarterConvolution(Convolution[Real]):
         result: Real | None = None
         rows = max(1, _BLOCK_BYTES // (field.itemsize * field.shape[1]))
         for number, (forward, backward) in enumerate(kinds):
-            into = field if len(factors) == 1 else np.empty_like(field)
-            waves = dct(forward, field, (0,), into=into)
+            buffer = field if len(factors) == 1 else np.empty_like(field)
+            waves = dct(forward, field, (0,), buffer=buffer)
             for first in range(0, len(field), rows):
                 block = slice(first, first + rows)
                 self._filter_rows(waves[block], [f[block] for f in factors[2 * number :][:2]])
@@ -116,7 +116,7 @@ class QuarterConvolution(Convolution[Real]):
     def _filter_rows(rows: Real, factors: Sequence[Real]) -> None:
         """Filter rows, of which transforms along x have been made, in both branches along y."""
         even, *odd = factors
-        halfway = [dct(4, rows, (1,), into=np.empty_like(rows)) for _ in odd]
+        halfway = [dct(4, rows, (1,), buffer=np.empty_like(rows)) for _ in odd]
         dct(2, rows, (1,))
         rows *= even
         dct(3, rows, (1,))

@@ -291,6 +291,6 @@ def _table(film: Film, transform: _Transform) -> Any:
         values = np.cos(phases) @ (rest / waves) / math.pi
     powers, last = np.array(_POWERS[transform]), slice(-12, None, 11)
     falls = np.linalg.solve((far / places[last, None]) ** powers, values[last])
-    beyond = np.geomspace(far, _FARTHEST, 160)[1:]
-    values = np.append(values, (far / beyond[:, None]) ** powers @ falls)
-    return CubicSpline(np.append(places, beyond), values)
+    far_places = np.geomspace(far, _FARTHEST, 160)[1:]
+    values = np.append(values, (far / far_places[:, None]) ** powers @ falls)
+    return CubicSpline(np.append(places, far_places), values)

@@ -14,7 +14,7 @@ from fretwear.arrays import Array, Element, Even, Mask, Places, Single
 from fretwear.mechanics.contact.cells import (
     ANYWHERE,
     OPEN_PER_SIDE,
-    Beside,
+    Evidence,
     Geometry,
     Index,
     Region,
@@ -102,7 +102,7 @@ class Grid(Geometry):
         parts = self._open_of(region, inner, outer)
         area = self.unit_area * (float(region.cells.sum()) - float(parts.sum()))
         area -= OPEN_PER_SIDE * border.size * self.unit_area
-        deviation = (1.0 if region.beside is None else 0.5) * ANYWHERE * self.unit_area
+        deviation = (1.0 if region.evidence is None else 0.5) * ANYWHERE * self.unit_area
         return Zone(area, inner, outer, np.full(inner.size, deviation))
 
     def covered(self, region: Region, plane: Geometry) -> Array:
@@ -120,14 +120,14 @@ class Grid(Geometry):
 
     def _open_of(self, region: Region, inner: Places, outer: Places) -> Array:
         """`_open` of a region, which sticks nowhere beyond the contact around it."""
-        parts = self._open(inner, outer, region.beside)
-        if (around := region.around) is None:
+        parts = self._open(inner, outer, region.evidence)
+        if (contact := region.contact) is None:
             return parts
-        ends = ~around.cells.ravel()[outer]
-        of_contact = self._open(inner, outer, around.beside)
+        ends = ~contact.cells.ravel()[outer]
+        of_contact = self._open(inner, outer, contact.evidence)
         return np.where(ends, np.maximum(parts, of_contact), parts)
 
-    def _open(self, inner: Places, outer: Places, evidence: Beside | None) -> Array:
+    def _open(self, inner: Places, outer: Places, evidence: Evidence | None) -> Array:
         """Part of a cell beyond the edge of a zone, for each of its sides there, shape (sides,).
 
         Rows of cells along x give the area of a zone by where its edge cuts them, and rows along y
@@ -155,7 +155,7 @@ class Grid(Geometry):
         columns = self.shape[1]
         here, there = (np.stack(np.divmod(cells, columns)) for cells in (inner, outer))
 
-        def at(field: Array, shift: int) -> Array:
+        def shifted(field: Array, shift: int) -> Array:
             # Values some cells from the one inside, zero beyond the window.
             places = here + shift * (there - here)
             for position, is_even in zip(places, self.even, strict=True):
@@ -166,15 +166,15 @@ class Grid(Geometry):
             return np.where(held, field[row, column], 0.0)
 
         if evidence.by_pressure:
-            last, previous = (at(evidence.pressure, shift) ** 2 for shift in (0, -1))
+            last, previous = (shifted(evidence.pressure, shift) ** 2 for shift in (0, -1))
             grows = previous > 0.0
             edge = 1.0 - last[grows] / np.maximum(previous - last, _FLAT * previous)[grows]
             if evidence.worn is not None:
-                cut = at(evidence.worn, 0) + at(evidence.worn, 1)
-                part = np.minimum(cut / np.maximum(at(evidence.gap, 1), _LEAST), 1.0)
+                cut = shifted(evidence.worn, 0) + shifted(evidence.worn, 1)
+                part = np.minimum(cut / np.maximum(shifted(evidence.gap, 1), _LEAST), 1.0)
                 edge = np.where(edge < 0.0, part[grows] * (0.5 + OPEN_PER_SIDE), edge)
         else:
-            gaps = [at(evidence.gap, shift) for shift in (1, 2, 3)]
+            gaps = [shifted(evidence.gap, shift) for shift in (1, 2, 3)]
             roots = [np.cbrt(gap) ** 2 for gap in gaps]
             bend = roots[2] - 2.0 * roots[1] + roots[0]
             fall = roots[1] - roots[0] - 0.5 * bend
@@ -183,7 +183,7 @@ class Grid(Geometry):
             root, bend, fall = roots[0][grows], bend[grows], fall[grows]
             edge = 2.0 * root / (fall + np.sqrt(np.maximum(fall**2 - 2.0 * bend * root, 0.0)))
             if evidence.worn is not None:
-                worn, rise = at(evidence.worn, -1)[grows], np.maximum(rise, 1e-3 * near)
+                worn, rise = shifted(evidence.worn, -1)[grows], np.maximum(rise, 1e-3 * near)
                 edge += np.minimum(worn / rise, 1.0) * (near / rise - edge)
         # The edge is so many cells away from the first one outside.
         along_x, along_y = self._slopes(evidence.pressure, inner[grows])
@@ -262,7 +262,7 @@ class Grid(Geometry):
             ((way, row) if axis == 0 else (row, way), distances) for row in rows for way in ways
         ]
 
-    def around(self, cells: Mask) -> Grid:
+    def cropped(self, cells: Mask) -> Grid:
         """The smallest window, fast to transform, that holds some cells and a margin."""
         extents = []
         for axis, (count, first) in enumerate(zip(self.shape, self._first, strict=True)):
@@ -389,9 +389,9 @@ class GridHalfSpace(ConvolvedBodies):
         field, unit = scaled(pressure)
         return self.single(field), unit * self.self_influence
 
-    def around(self, cells: Mask) -> GridHalfSpace:
+    def cropped(self, cells: Mask) -> GridHalfSpace:
         """The same bodies on the smallest window that holds some cells and a margin."""
-        return self._on(self.geometry.around(cells), self._weights, self.film)
+        return self._on(self.geometry.cropped(cells), self._weights, self.film)
 
     @property
     def coarser(self) -> GridHalfSpace | None:

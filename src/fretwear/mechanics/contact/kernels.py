@@ -41,14 +41,14 @@ def in_single(field: Array, unit: float) -> Single:
     return result
 
 
-def dct(kind: int, field: Real, axes: tuple[int, ...], into: Real | None = None) -> Real:
+def dct(kind: int, field: Real, axes: tuple[int, ...], buffer: Real | None = None) -> Real:
     """Discrete cosine transform of a field along some axes, in its memory or in a given buffer.
 
     I is f₀ + (−1)ᵏ fₙ + 2 ∑ fⱼ cos(πjk/n) with the sum over 0 < j < n, II is
     2 ∑ fⱼ cos(πk(2j + 1)/2n), III is f₀ + 2 ∑ fₖ cos(πk(2j + 1)/2n) with the sum over k > 0, IV is
     2 ∑ fⱼ cos(π(2k + 1)(2j + 1)/4n). The field is contiguous along its last axis.
     """
-    target = field if into is None else into
+    target = field if buffer is None else buffer
     if ducc0 is not None:
         ducc0.fft.dct(field, axes=axes, type=kind, out=target)
         return target

@@ -135,7 +135,7 @@ def _mean_under_discs(edges: Array) -> Array:
 
     Differences of two discs of nearly the same radius lose half the digits on either side. On the
     middle radius r of a ring, a disc of radius t leads to (4/π) t E(k) within and
-    (4/π) r [E(k) − (1 − k²) K(k)] beyond its edge, with k as above (Johnson, eq. 3.29). Beside
+    (4/π) r [E(k) − (1 − k²) K(k)] beyond its edge, with k as above (Johnson, eq. 3.29). Evidence
     the edge that is singular as −(2/π) x ln|x| of the distance x = t − r, whose mean over the ring
     is known; the rest has nearly the mean of the middle. Shape (n, n + 1).
     """

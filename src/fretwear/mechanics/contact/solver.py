@@ -80,7 +80,7 @@ class ConvolvedBodies(HalfSpace):
         """Displacement in units of `self_influence`, and its inverse, in single precision."""
 
     @abstractmethod
-    def around(self, cells: Mask) -> ConvolvedBodies:
+    def cropped(self, cells: Mask) -> ConvolvedBodies:
         """The bodies on the smallest window that holds some cells and a margin."""
 
     @property
@@ -344,7 +344,7 @@ def preconditioner(
     of_layer = np.minimum(tangent / (tangent + np.float32(_HALF_SHARE)) * scale, 1.0)
     hard = np.sqrt(1.0 - of_layer)
     soft = np.sqrt(of_layer * np.minimum(softest / (tangent + 1.0), 1.0))
-    part = half_space.around(hard > 0)
+    part = half_space.cropped(hard > 0)
     cells = grid.where(part.geometry)
     hard = np.ascontiguousarray(hard[cells])
     return [(everywhere, soft, invert(mean)), (cells, hard, part.single.inverse())]

@@ -232,7 +232,7 @@ class _Descent:
             """Force that a shift along an axis lacks, and by how much less a larger one does."""
             shift[axis] = value
             if axis:
-                find_shift(lambda along: lacking(along, 0), shift[0], enough)
+                find_shift(lambda trial: lacking(trial, 0), shift[0], enough)
             factor, way = clip()
             x, slope = ((factor * (1.0 - way[place] ** 2)).sum() for place in (0, axis))
             if axis:
@@ -275,11 +275,11 @@ class _Descent:
                 raise ContactError(f"the shear tractions did not converge: {reached}")
             vain = vain + 1 if state.error > 0.5 * least or least == np.inf else 0
             least = min(least, state.error)
-            after = self._newton(state, guessed, tolerance) if vain <= _PATIENCE else None
-            if after is None:
-                after = self._descend(state, count, tolerance)
+            following = self._newton(state, guessed, tolerance) if vain <= _PATIENCE else None
+            if following is None:
+                following = self._descend(state, count, tolerance)
                 count, vain = 2 * count, 0
-            state, guessed = after, False
+            state, guessed = following, False
         return self._result(state)
 
     def _newton(self, state: _State, guessed: bool, tolerance: float) -> _State | None:
@@ -312,19 +312,20 @@ class _Descent:
                 pushed = ahead - self.at_cells(ahead_moved) / self.stiffest
                 target, far = self.projected(pushed, far)
                 step = target - ahead
-                by = self.displaced(step)
+                displacement = self.displaced(step)
                 self.gradients += 1
-                square, work = float((step**2).sum()), float((step * self.at_cells(by)).sum())
+                square = float((step**2).sum())
+                work = float((step * self.at_cells(displacement)).sum())
                 if work <= self.stiffest * square:
                     break
                 far *= self.stiffest * square / (1.1 * work)
                 self.stiffest = 1.1 * work / square
-            after, change = ahead_moved + by, target - traction
-            before = 1.0 if float((step * change).sum()) < 0.0 else momentum
-            momentum = 0.5 + np.sqrt(0.25 + before**2)
-            part = (before - 1.0) / momentum
-            ahead, ahead_moved = target + part * change, after + part * (after - moved)
-            traction, moved = target, after
+            next_moved, change = ahead_moved + displacement, target - traction
+            previous = 1.0 if float((step * change).sum()) < 0.0 else momentum
+            momentum = 0.5 + np.sqrt(0.25 + previous**2)
+            part = (previous - 1.0) / momentum
+            ahead, ahead_moved = target + part * change, next_moved + part * (next_moved - moved)
+            traction, moved = target, next_moved
             if self.stiffest * float(np.abs(step).max()) <= _ENOUGH * tolerance:
                 break
         return self.at(traction, moved, self.stiffest * far)

@@ -150,7 +150,7 @@ class SlipModel(Part):
             return True
         if reduced.follows_pressure:
             return False
-        return setup.normal.holds_load and setup.sliding(load, 0.0).load == reduced.load
+        return setup.normal.holds_load and setup.reduced_condition(load, 0.0).load == reduced.load
 
     def limit(
         self, highest: float, growth: float, pressure: Array, reduced: ReducedContact
@@ -249,7 +249,7 @@ class Jaeger(SlipModel):
             tried = start.approach - lowest
         if flexibility and (guess is None or not low < tried < high):
             tried = min(replace(sliding, level=depth).of_smooth(setup.hertz)[1], high)
-        before: tuple[float, float] | None = None
+        previous: tuple[float, float] | None = None
         # The excess is continuous, and the bracket halves every second time at least, so that this
         # ends.
         halves = True
@@ -265,9 +265,9 @@ class Jaeger(SlipModel):
             low, high = (low, tried) if excess > 0 else (tried, high)
             halved, halves = halves, high - low <= 0.5 * width
             stiffness = power * contact.load / tried
-            if before is not None:
-                stiffness = (contact.load - before[1]) / (tried - before[0])
-            before = tried, contact.load
+            if previous is not None:
+                stiffness = (contact.load - previous[1]) / (tried - previous[0])
+            previous = tried, contact.load
             guess = contact.pressure if contact.load > 0.0 else guess
             tried -= excess / (1.0 + flexibility * stiffness)
             if not (low < tried < high and (halves or halved)):
@@ -328,7 +328,7 @@ class Coupled(Jaeger):
             force = friction * (load - sliding.load)
         else:
             displacement = setup.loading.displacement(friction, compliance, setup.hertz)
-        before, tilted = None if start is None else start.sheared, None
+        previous, tilted = None if start is None else start.sheared, None
         if setup.tilt:
             # The flat becomes narrower as it is stretched.
             strain, nu = friction * compliance * setup.tilt, setup.bodies.contraction
@@ -341,7 +341,7 @@ class Coupled(Jaeger):
             force,
             displacement,
             setup.flexibility,
-            None if before is None else before.under(bound),
+            None if previous is None else previous.under(bound),
             min(max(_RESIDUAL * pressed.tolerance, 1e-9), 3e-3),
             tilted,
         )
@@ -412,7 +412,7 @@ def contact_under(
         start, convolutions = coarse.pressure, coarse.convolutions
     held: Mask = start > 0
     while True:
-        bodies = half_space.around(held)
+        bodies = half_space.cropped(held)
         part = bodies.geometry
         solution = solve_contact(
             ContactProblem(bodies, geometry.resized(shape, part), load, approach=approach),
@@ -423,7 +423,7 @@ def contact_under(
         pressure = part.resized(solution.pressure, geometry)
         # The gap on all cells comes from a convolution of its own; one in single precision is
         # good enough beyond the part if the contact itself need not be better.
-        inside = geometry.where(part)
+        part_cells = geometry.where(part)
         moved: Array | Single
         if tolerance >= _SINGLE_IS_ENOUGH:
             moved, unit = half_space.relative_displacement(pressure)
@@ -431,10 +431,10 @@ def contact_under(
             moved, unit = half_space.displacement(pressure), 1.0
         gap = np.multiply(moved, unit, dtype=np.float64) + shape - solution.approach
         if tolerance >= _SINGLE_IS_ENOUGH:
-            gap[inside] = solution.gap
+            gap[part_cells] = solution.gap
         convolutions += solution.convolutions + 1
         missed = gap < 0
-        missed[inside] = False
+        missed[part_cells] = False
         if not missed.any():
             break
         held, start = held | missed, pressure
@@ -547,11 +547,11 @@ class WearLayer(Layer):
         φ' = (eˣ − φ)/x loses its digits near zero, where it is a line of slope 1/3.
         """
         x, drift = self._exponent(pressure), self._drift
-        above = x if drift is None else np.maximum(x, _SMALL_EXPONENT)
-        growth = np.expm1(above)
+        exponent = x if drift is None else np.maximum(x, _SMALL_EXPONENT)
+        growth = np.expm1(exponent)
         slope = (growth + 1.0) * self.reduced_gap
         if drift is not None:
-            slope_of_flow = ((above - growth) / above + growth) / above
+            slope_of_flow = ((exponent - growth) / exponent + growth) / exponent
             slope_of_flow += np.minimum(x - _SMALL_EXPONENT, 0.0) / 3.0
             slope_of_flow *= drift
             slope += slope_of_flow

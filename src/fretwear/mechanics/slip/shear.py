@@ -52,10 +52,10 @@ def shear_influence(
     )
     mixing = 2.0 * (coupling - 1.0)
     corners = x * np.arcsinh(y / np.abs(x)), y * np.arcsinh(x / np.abs(y)), -np.hypot(x, y)
-    across, along, cross = (
+    across, second, cross = (
         np.diff(np.diff(corner, axis=0), axis=1) / (np.pi * modulus) for corner in corners
     )
-    return across + (1.0 + mixing) * along, (1.0 + mixing) * across + along, mixing * cross
+    return across + (1.0 + mixing) * second, (1.0 + mixing) * across + second, mixing * cross
 
 
 class GridShear(ABC, Generic[Real]):
@@ -94,29 +94,27 @@ class GridShear(ABC, Generic[Real]):
     @cached_property
     def single(self) -> GridShear[Single]:
         """The same in single precision, for displacements in units of the self-influence."""
-        along, across, cross = (
-            (field / self.self_influence).astype(np.float32) for field in self._spectra
-        )
+        xx, yy, xy = ((field / self.self_influence).astype(np.float32) for field in self._spectra)
         kind: Any = type(self)
-        result: GridShear[Single] = kind(self.geometry, self._moduli, (along, across, cross))
+        result: GridShear[Single] = kind(self.geometry, self._moduli, (xx, yy, xy))
         return result
 
     def _branch(self, branch: Branch) -> Spectra[Real]:
         """The spectra at the frequencies of a branch."""
-        along, across, cross = (field[branch[0] :: 2, branch[1] :: 2] for field in self._spectra)
-        return along, across, cross
+        xx, yy, xy = (field[branch[0] :: 2, branch[1] :: 2] for field in self._spectra)
+        return xx, yy, xy
 
 
 def _scaled(spectra: Spectra[Real], divisor: int) -> Spectra[Real]:
-    along, across, cross = (np.divide(f, divisor, dtype=f.dtype) for f in spectra)
-    return along, across, cross
+    xx, yy, xy = (np.divide(f, divisor, dtype=f.dtype) for f in spectra)
+    return xx, yy, xy
 
 
 def _inverted(kernels: Spectra[Real]) -> Spectra[Real]:
     """The inverse of a field of symmetric matrices of two rows."""
-    along, across, cross = kernels
-    determinant = along * across - cross**2
-    return across / determinant, along / determinant, -cross / determinant
+    xx, yy, xy = kernels
+    determinant = xx * yy - xy**2
+    return yy / determinant, xx / determinant, -xy / determinant
 
 
 class QuarterShear(GridShear[Real]):
@@ -140,13 +138,13 @@ class QuarterShear(GridShear[Real]):
         nx, ny = self.geometry.shape
         result: dict[Branch, Spectra[Real]] = {}
         for branch in _BRANCHES:
-            along, across, cross = _scaled(self._branch(branch), 16 * nx * ny)
+            xx, yy, xy = _scaled(self._branch(branch), 16 * nx * ny)
             cosine, sine = _places(branch, (nx, ny))
             both = tuple(slice(0 if odd else 1, n) for odd, n in zip(branch, (nx, ny), strict=True))
             result[branch] = (
-                np.ascontiguousarray(along[cosine]),
-                np.ascontiguousarray(across[sine][::-1, ::-1]),
-                np.ascontiguousarray(cross[both]),
+                np.ascontiguousarray(xx[cosine]),
+                np.ascontiguousarray(yy[sine][::-1, ::-1]),
+                np.ascontiguousarray(xy[both]),
             )
         return result
 
@@ -162,15 +160,15 @@ class QuarterShear(GridShear[Real]):
     def _inverse(self) -> dict[Branch, Spectra[Real]]:
         """The same of the inverse in the branch of the window without padding."""
         nx, ny = self.geometry.shape
-        along, across, cross = self._branch((0, 0))
+        xx, yy, xy = self._branch((0, 0))
         cosine, sine = _places((0, 0), (nx, ny))
         both = slice(1, nx), slice(1, ny)
-        of_both = _inverted((along[both], across[both], cross[both]))
+        of_both = _inverted((xx[both], yy[both], xy[both]))
         # Frequencies that only one of the components has: zero, or the largest.
-        along, across = np.reciprocal(along[cosine]), np.reciprocal(across[sine])
-        along[1:, 1:], across[:-1, :-1] = of_both[:2]
-        across = np.ascontiguousarray(across[::-1, ::-1])
-        return {(0, 0): _scaled((along, across, of_both[2]), 4 * nx * ny)}
+        xx, yy = np.reciprocal(xx[cosine]), np.reciprocal(yy[sine])
+        xx[1:, 1:], yy[:-1, :-1] = of_both[:2]
+        yy = np.ascontiguousarray(yy[::-1, ::-1])
+        return {(0, 0): _scaled((xx, yy, of_both[2]), 4 * nx * ny)}
 
     def inverse(self, traction: Real) -> Real:
         """Approximate inverse by the branch of the window without padding."""
@@ -184,21 +182,21 @@ class QuarterShear(GridShear[Real]):
     ) -> Real:
         """A field of alternating signs filtered in a branch along x and some along y."""
         kinds, result = ((2, 3), (4, 4)), None
-        of_x = dct(kinds[odd][0], field, (1,), into=np.empty_like(field))
-        for other in others:
-            along, across, cross = factors[odd, other]
-            waves = dct(kinds[other][0], of_x, (2,), into=np.empty_like(field))
+        of_x = dct(kinds[odd][0], field, (1,), buffer=np.empty_like(field))
+        for odd_y in others:
+            xx, yy, xy = factors[odd, odd_y]
+            waves = dct(kinds[odd_y][0], of_x, (2,), buffer=np.empty_like(field))
             # Sines, in reverse, begin with the frequency one, cosines with zero.
             first, second = waves[0], waves[1]
             both = second[::-1, ::-1]
-            cosines = slice(1 - odd, None), slice(1 - other, None)
-            sines = slice(None, odd - 1 or None), slice(None, other - 1 or None)
-            of_second = cross * both[sines]
-            second *= across
-            both[sines] += cross * first[cosines]
-            first *= along
+            cosines = slice(1 - odd, None), slice(1 - odd_y, None)
+            sines = slice(None, odd - 1 or None), slice(None, odd_y - 1 or None)
+            of_second = xy * both[sines]
+            second *= yy
+            both[sines] += xy * first[cosines]
+            first *= xx
             first[cosines] += of_second
-            dct(kinds[other][1], waves, (2,))
+            dct(kinds[odd_y][1], waves, (2,))
             result = waves if result is None else np.add(result, waves, out=result)
         assert result is not None
         return dct(kinds[odd][1], result, (1,))

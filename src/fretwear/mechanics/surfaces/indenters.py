@@ -195,8 +195,8 @@ class _Punch(Indenter):
     def gap(self, x: Array, y: Array) -> Array:
         """(r − b)²/2R_e beyond the flat, m; beyond the end of the punch its sides."""
         distance = np.hypot(x, y if "y" in self.frame.axes else 0.0)
-        beyond = np.maximum(distance - self.flat, 0.0)
-        result: Array = beyond**2 / (2.0 * self.edge_radius)
+        excess = np.maximum(distance - self.flat, 0.0)
+        result: Array = excess**2 / (2.0 * self.edge_radius)
         if math.isfinite(self.half_width):
             result += SIDE_SLOPE * np.maximum(distance - self.half_width, 0.0)
         return result

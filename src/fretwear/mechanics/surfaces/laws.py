@@ -33,10 +33,10 @@ class Means(NamedTuple):
     half_width_x: float = 0.0  # of the contact, mean over the stroke, m
     half_width_y: float = math.inf  # the same along y; infinite in line contact
 
-    def ahead(self, before: Means, times: float) -> Means:
+    def ahead(self, previous: Means, times: float) -> Means:
         """The means if the change since others continues, so many times as long."""
         # An infinite half-width stays so.
-        pairs = zip(self, before, strict=True)
+        pairs = zip(self, previous, strict=True)
         changes = ((now, now - then if now < math.inf else 0.0) for now, then in pairs)
         return Means(*(max(now + times * change, _LEAST_LEFT * now) for now, change in changes))
 
@@ -90,10 +90,11 @@ class PowerLaw(Coefficient):
     @property
     def mistake(self) -> tuple[str, str] | None:
         """An exponent needs its reference."""
-        for name, about in self.parameters().items():
+        for name, parameter in self.parameters().items():
             what = name.removeprefix("reference_")
             if what != name and not vars(self)[name] and vars(self)[f"{what}_exponent"]:
-                return f"needs {name} for its {what}_exponent", f"such as {name}: {about.example}"
+                remedy = f"such as {name}: {parameter.example}"
+                return f"needs {name} for its {what}_exponent", remedy
         return None
 
     @property
@@ -151,8 +152,8 @@ class _Two(Coefficient):
     def mistake(self) -> tuple[str, str] | None:
         """Both must be of both bodies together, or of each."""
         first, second, *_ = self.parameters()
-        one, other = self._values
-        if isinstance(one, OfBodies) == isinstance(other, OfBodies):
+        of_rim, of_core = self._values
+        if isinstance(of_rim, OfBodies) == isinstance(of_core, OfBodies):
             return None
         pair = "[2e-4 mm^3/J, 2e-4 mm^3/J]"
         rule = f"must have pairs [indenter, flat] for {first} and {second}, or for neither"
@@ -258,9 +259,9 @@ class RimZones:
         cell on the boundary has the mean of its parts.
         """
         x, y = geometry.x[:, None], geometry.y[None, :]
-        along, across = self.half_widths
-        out = np.maximum(np.hypot(x / along, y / across), 1e-12)
-        distance = np.hypot(x, y * bool(math.isfinite(across))) * (1.0 / out - 1.0)
+        half_x, half_y = self.half_widths
+        out = np.maximum(np.hypot(x / half_x, y / half_y), 1e-12)
+        distance = np.hypot(x, y * bool(math.isfinite(half_y))) * (1.0 / out - 1.0)
         inner = np.clip(0.5 + (distance - self.width) / geometry.widths, 0.0, 1.0)
         core = np.array(self.core)[::-1, None, None]
         return np.asarray(1.0 + (core - 1.0) * inner)

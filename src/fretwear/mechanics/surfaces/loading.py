@@ -71,7 +71,7 @@ class Loading(Imposed):
         """X = Q/(µP) under a load P, N; 1 if the contact slides as a whole."""
         raise NotImplementedError
 
-    def sliding(
+    def reduced_condition(
         self, friction: float, coupling: float, load: float, approach: float, flexibility: float
     ) -> Sliding:
         """Condition on the reduced contact of a load P, N, and an approach d, m: P* = (1 − X) P.
@@ -111,8 +111,8 @@ class Loading(Imposed):
         It is µκ d, without the rig; in a line contact µ (κ d + F P), with the flexibility F in
         series.
         """
-        beyond = self.flexibility(hertz) if isinstance(hertz, LineContact) else 0.0
-        return friction * (coupling * hertz.approach + beyond * hertz.load)
+        flexibility = self.flexibility(hertz) if isinstance(hertz, LineContact) else 0.0
+        return friction * (coupling * hertz.approach + flexibility * hertz.load)
 
 
 @dataclass(frozen=True)
@@ -250,7 +250,8 @@ class Displacement(Loading):
         """Reduced load P* = P − Q/µ, N, of the unworn smooth contact; zero if it slides."""
         plain = self.plain(friction, coupling, hertz)
         flexibility = self.flexibility(hertz)
-        sliding = plain.sliding(friction, coupling, hertz.load, hertz.approach, flexibility)
+        load, approach = hertz.load, hertz.approach
+        sliding = plain.reduced_condition(friction, coupling, load, approach, flexibility)
         return sliding.of_smooth(hertz)[0]
 
     def plain(self, friction: float, coupling: float, hertz: HertzContact) -> DisplacementAmplitude:
@@ -288,7 +289,7 @@ class DisplacementAmplitude(Displacement):
         """U, m, as given."""
         return self.displacement_amplitude
 
-    def sliding(
+    def reduced_condition(
         self, friction: float, coupling: float, load: float, approach: float, flexibility: float
     ) -> Sliding:
         """U = µκ(d − d*) + µ(P − P*) F, with F = 1/S of a rig."""

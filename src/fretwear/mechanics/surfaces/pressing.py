@@ -36,18 +36,18 @@ class Normal(Imposed):
     pulsating_load: float = 1.0  # least load over the largest, in phase with the motion
 
     @property
-    def given(self) -> tuple[float | None, float | None]:
+    def held(self) -> tuple[float | None, float | None]:
         """Load P, N, and approach d, m: one is held while the bodies wear, the other is None."""
         raise NotImplementedError
 
     @property
     def holds_load(self) -> bool:
         """Whether the load is held."""
-        return self.given[0] is not None
+        return self.held[0] is not None
 
     def hertz(self, smooth: HertzContact) -> HertzContact:
         """Unworn smooth contact, from the same contact under any load."""
-        load, approach = self.given
+        load, approach = self.held
         if load is not None:
             return smooth.with_load(load)
         assert approach is not None
@@ -74,7 +74,7 @@ class NormalLoad(Normal):
     letter: ClassVar[str] = "P"
 
     @property
-    def given(self) -> tuple[float, None]:
+    def held(self) -> tuple[float, None]:
         """The load P."""
         return self.load, None
 
@@ -92,6 +92,6 @@ class Indentation(Normal):
     letter: ClassVar[str] = "d"
 
     @property
-    def given(self) -> tuple[None, float]:
+    def held(self) -> tuple[None, float]:
         """The approach d."""
         return None, self.indentation

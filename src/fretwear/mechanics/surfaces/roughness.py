@@ -400,8 +400,8 @@ def _joined(name: str, join: Callable[[_Value, _Value], _Value]) -> _Value:
     return property(lambda both: join(value(both.first), value(both.second)))  # type: ignore[return-value]
 
 
-def _nearer(one: tuple[float, float], other: tuple[float, float]) -> tuple[float, float]:
-    return min(one[0], other[0]), min(one[1], other[1])
+def _nearer(first: tuple[float, float], second: tuple[float, float]) -> tuple[float, float]:
+    return min(first[0], second[0]), min(first[1], second[1])
 
 
 @dataclasses.dataclass(frozen=True)
@@ -430,10 +430,10 @@ class BothRough(Roughness):
     @property
     def tip(self) -> Tip | None:
         """Two tips that meet."""
-        one, other = self.first.tip, self.second.tip
-        if one is None or other is None:
+        first, second = self.first.tip, self.second.tip
+        if first is None or second is None:
             return None
-        curvatures = one.curvature_x + other.curvature_x, one.curvature_y + other.curvature_y
+        curvatures = first.curvature_x + second.curvature_x, first.curvature_y + second.curvature_y
         return Tip(*curvatures, *self.finest)
 
 

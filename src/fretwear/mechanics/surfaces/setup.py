@@ -259,10 +259,10 @@ class Setup:
 
     # Friction and slip.
 
-    def sliding(self, load: float, approach: float) -> Sliding:
+    def reduced_condition(self, load: float, approach: float) -> Sliding:
         """The condition on the reduced contact of a contact with a load, N, and an approach, m."""
         friction, series = self.friction_law.coefficient, self.flexibility
-        sliding = self.loading.sliding(friction, self.coupling, load, approach, series)
+        sliding = self.loading.reduced_condition(friction, self.coupling, load, approach, series)
         if sliding.load is None:
             return sliding
         return dataclasses.replace(sliding, load=sliding.load - self.load_amplitude(load))
@@ -311,7 +311,7 @@ class Setup:
     @property
     def unworn_sliding(self) -> Sliding:
         """The condition on the reduced contact of the unworn smooth contact."""
-        return self.sliding(self.hertz.load, self.hertz.approach)
+        return self.reduced_condition(self.hertz.load, self.hertz.approach)
 
     @cached_property
     def stick_load(self) -> float:

@@ -97,8 +97,8 @@ class Grading:
 
     def width(self, r: Array) -> Array:
         """Width of the rings at radii, m."""
-        beyond = np.maximum(self.stick - self.ahead - r, r - self.stick - self.behind)
-        width = self.narrowest + _GRADING * np.maximum(beyond, 0.0)
+        excess = np.maximum(self.stick - self.ahead - r, r - self.stick - self.behind)
+        width = self.narrowest + _GRADING * np.maximum(excess, 0.0)
         in_slip = min((self.contact - self.stick) / _ACROSS_SLIP, _WIDEST_IN_SLIP * self.contact)
         width = np.minimum(width, _AT_CONTACT * self.unworn + _GRADING * np.abs(r - self.unworn))
         outside = np.maximum(np.maximum(self.stick - r, r - self.contact), 0.0)

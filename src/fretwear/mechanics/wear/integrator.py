@@ -40,7 +40,7 @@ class _Tableau:
     implicit = 0.5 * (2.0 - sqrt(2.0))  #: weight of the rate at the end of either stage
     explicit = 0.25 * sqrt(2.0)  #: weight of the first two rates in the second stage
     #: Length of the second stage over the first, to extrapolate a change that continues.
-    beyond = (1.0 - middle) / middle
+    ratio = (1.0 - middle) / middle
     #: Weights of the rates at the start, in between and at the end, of second and third order.
     weights = explicit, explicit, implicit
     embedded = (1.0 - explicit) / 3.0, (3.0 * explicit + 1.0) / 3.0, implicit / 3.0
@@ -102,17 +102,17 @@ class Integrator(ABC, Generic[StateT]):
 
     def __init__(self, problem: WearProblem, state: StateT | None, tolerance: float) -> None:
         self.problem, self.workspace = problem, Workspace(problem)
-        self.before, self.tolerance = state, tolerance
+        self.previous, self.tolerance = state, tolerance
 
     @property
     def state(self) -> StateT:
         """The last accepted state, once the bodies are loaded."""
-        assert self.before is not None
-        return self.before
+        assert self.previous is not None
+        return self.previous
 
     @state.setter
     def state(self, state: StateT) -> None:
-        self.before = state
+        self.previous = state
 
     @abstractmethod
     def load(self) -> None:
@@ -226,7 +226,7 @@ def first_loading(
     problem: WearProblem,
     accuracy: Accuracy | None = None,
     workspace: Workspace | None = None,
-    before: State | None = None,
+    previous: State | None = None,
     cells: Geometry | None = None,
 ) -> State:
     """The state with which a loading begins, yielded where the plastic limit requires it.
@@ -237,18 +237,18 @@ def first_loading(
     that the limit, which no step can be halved for, does not settle.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
-    geometry = cells or (first_cells(problem) if before is None else before.geometry)
-    cycle, step, spent = (getattr(before, name, 0) for name in ("cycle", "step", "convolutions"))
+    geometry = cells or (first_cells(problem) if previous is None else previous.geometry)
+    cycle, step, spent = (getattr(previous, name, 0) for name in ("cycle", "step", "convolutions"))
     now = problem.at(cycle)
     limit = YieldLimit(now, geometry, now.plastic_limit)
     for _ in range(_LARGEST_SWEEPS):
         bodies, zeros = workspace.on(geometry), np.zeros(geometry.shape)
         energy = zeros if now.friction_law.follows_slip else None
-        if before is not None and before.friction_energy is not None:
-            energy = before.geometry.resized(before.friction_energy, geometry)
+        if previous is not None and previous.friction_energy is not None:
+            energy = previous.geometry.resized(previous.friction_energy, geometry)
         now = now.slipped(energy)
         start, wear, opening, plastic = (
-            zeros if before is None else before.geometry.resized(getattr(before, name), geometry)
+            zeros if not previous else previous.geometry.resized(getattr(previous, name), geometry)
             for name in ("pressure", "wear", "opening", "plastic")
         )
         shape = bodies.unworn + opening + plastic
@@ -270,7 +270,7 @@ def first_loading(
             contact.pressure,
             contact.gap + contact.penetration,
             contact.approach,
-            now.sliding(load, contact.approach),
+            now.reduced_condition(load, contact.approach),
             accuracy.first_reduced,
         )
         reduced = now.slip_model.reduced(now, pressed)
@@ -324,11 +324,11 @@ class _FrictionOverStep:
         """The energy of the second stage, after the first one."""
         if self._start is None:
             return None
-        before, rate = self._rates[0], problem.energy_rate(stage)
+        first_rate, rate = self._rates[0], problem.energy_rate(stage)
         self._rates.append(rate)
         cycles = TR_BDF2.implicit * self._step
-        known = self._start + TR_BDF2.explicit * self._step * (before + rate)
-        ahead = np.maximum(rate + TR_BDF2.beyond * (rate - before), 0.0)
+        known = self._start + TR_BDF2.explicit * self._step * (first_rate + rate)
+        ahead = np.maximum(rate + TR_BDF2.ratio * (rate - first_rate), 0.0)
         return Dissipation(known, cycles, known + cycles * ahead)
 
     def error(self, problem: WearProblem, stage: Stage) -> float:
@@ -367,8 +367,8 @@ class Evolution(Integrator[State]):
 
     def load(self) -> None:
         """Load the bodies anew."""
-        problem, before, spent = self.problem, self.before, 0
-        self.state = first_loading(problem, self.accuracy, self.workspace, before)
+        problem, previous, spent = self.problem, self.previous, 0
+        self.state = first_loading(problem, self.accuracy, self.workspace, previous)
         # A state on any of these cells has converged; later ones only suit it better.
         for _ in range(_RELOADED):
             fitting = next_cells(self.state.geometry, problem, self.state)
@@ -378,8 +378,8 @@ class Evolution(Integrator[State]):
             # The edge of stick of bodies that yield is not where cells expected it. Fields moved to
             # cells that suit it are out of equilibrium, by more than a first step wears. A plastic
             # depth is moved before it grows, or it might fall in places: cubics of two may cross.
-            spent += self.state.convolutions - getattr(before, "convolutions", 0)
-            self.state = first_loading(problem, self.accuracy, self.workspace, before, fitting)
+            spent += self.state.convolutions - getattr(previous, "convolutions", 0)
+            self.state = first_loading(problem, self.accuracy, self.workspace, previous, fitting)
         self.state = replace(self.state, convolutions=self.state.convolutions + spent)
 
     def settling(self) -> float:
@@ -435,7 +435,7 @@ class Evolution(Integrator[State]):
         p1 = first.pressure
         unloaded = (rate * (weight - implicit)) * (p0 + p1)
         midway, reached = problem.worn_by(first, middle, geometry)
-        last = problem.at(end).under(reached.ahead(means, numbers.beyond))
+        last = problem.at(end).under(reached.ahead(means, numbers.ratio))
         late_friction = friction.second(then, first)
         if late_friction is not None:
             last = last.slipped(late_friction.energy)
@@ -448,8 +448,8 @@ class Evolution(Integrator[State]):
             first,
             last,
             Exposure(unloaded, last.local_wear_growth * step * implicit, withheld - early_withheld),
-            p1 + numbers.beyond * (p1 - p0),
-            numbers.beyond * first.source_since(base, model),
+            p1 + numbers.ratio * (p1 - p0),
+            numbers.ratio * first.source_since(base, model),
             self.accuracy.contact if output_step else self.accuracy.contact_between,
             output_step=output_step,
             dissipation=late_friction,
@@ -477,9 +477,9 @@ class Evolution(Integrator[State]):
     def _ended(self, step: float, end: float, first: Stage, second: Stage, error: float) -> State:
         """The state after both stages, with rates that predict the next step."""
         base, model = self.state, self.problem.slip_model
-        between = (1.0 - TR_BDF2.middle) * step
-        pressure_rate = (second.pressure - first.pressure) / between
-        source_rate = second.source_since(first, model) / between
+        duration = (1.0 - TR_BDF2.middle) * step
+        pressure_rate = (second.pressure - first.pressure) / duration
+        source_rate = second.source_since(first, model) / duration
         if step < _SHORT * base.next_step:
             pressure_rate, source_rate = base.pressure_rate, base.source_rate
         return State(
@@ -563,8 +563,8 @@ class Evolution(Integrator[State]):
             layer = model.wear_layer(base.opening, gap, shift, opens * x, 0.0, opens * withheld)
             worn = layer.displacement(second.pressure)
             if kept:
-                opened, after = worn - base.opening, second.reduced.gap
-                worn = base.wear + all_worn(kept, opened, gap, after, x, withheld)
+                opened, final_gap = worn - base.opening, second.reduced.gap
+                worn = base.wear + all_worn(kept, opened, gap, final_gap, x, withheld)
             error = max(error, integral(np.minimum(np.abs(worn - second.wear), most)))
         error = max(error / (OVERESTIMATE * volume), friction_error)
         allowed = self.tolerance

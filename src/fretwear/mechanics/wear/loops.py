@@ -92,9 +92,9 @@ def _pulsating_loop(problem: WearProblem, state: State, pulse: Pulse) -> Loop:
     compliance = problem.friction_law.coefficient * problem.coupling
     phase = np.linspace(0.0, 1.0, 2 * POINTS + 1)
     least, low, high = pulse.least_load, state.reduced.load, state.load
-    under = pulse.approach(least + (high - least) * phase)
+    approaches = pulse.approach(least + (high - least) * phase)
     rising, falling = (
-        under + float(pulse.approach(end)) - 2.0 * pulse.approach(end + (low - end) * way)
+        approaches + float(pulse.approach(end)) - 2.0 * pulse.approach(end + (low - end) * way)
         for end, way in ((least, phase), (high, phase[::-1]))
     )
     amplitude = problem.tangential_displacement(state.mean_approach, state.reduced)
@@ -118,7 +118,7 @@ def _curve(
     high = ReducedContact(*slipping, problem.slipping_load(state, geometry))
     bodies = workspace.on(geometry)
     shape = bodies.unworn + state.opening + state.plastic
-    sliding = problem.sliding(state.load, state.approach)
+    sliding = problem.reduced_condition(state.load, state.approach)
     pressed = Pressed(bodies.half_space, shape, state.pressure, state.gap, state.approach, sliding)
     half_space, shape = problem.slip_model.family(problem, pressed)
     if not low.load > 0.0:
@@ -131,8 +131,8 @@ def _curve(
         contacts = 0
     for solved_before in range(contacts):
         # Halfway where the curve bends most, which is between its ends at first.
-        at = int(np.argmax(areas))
-        lower, upper = family[at : at + 2]
+        index = int(np.argmax(areas))
+        lower, upper = family[index : index + 2]
         load = 0.5 * (lower.load + upper.load)
         # The square of the pressure of a sphere falls evenly with P^(2/3), to zero beyond its edge.
         least, most, place = (end**_SPHERE for end in (lower.load, upper.load, load))
@@ -142,10 +142,10 @@ def _curve(
         guess = np.sqrt(np.maximum(square - (most - place) / (most - least) * fall, 0.0))
         guess *= load / geometry.integral(guess)
         contact = contact_under(half_space, shape, load, None, guess, _TOLERANCE)
-        expected = _approach_between(lower, upper, areas[at])
+        expected = _approach_between(lower, upper, areas[index])
         halfway = halfway if solved_before else contact.approach
-        family.insert(at + 1, contact)
-        areas[at : at + 1] = [
+        family.insert(index + 1, contact)
+        areas[index : index + 1] = [
             geometry.integral(lower.gap * contact.pressure),
             geometry.integral(contact.gap * upper.pressure),
         ]
@@ -166,8 +166,8 @@ def _of_vectors(
     end = sheared.displacement if sheared.stick.any() else float(displacement[-1])
     chord, force = displacement[-1] / force[-1] * force, sheared.force / force[-1] * force
     arc, depth = displacement - chord, half - 0.5 * float(displacement[-1])
-    below = float(np.trapezoid(arc, force))
-    scale = (sheared.energy - 0.5 * end * sheared.force) / below if below else 0.0
+    area = float(np.trapezoid(arc, force))
+    scale = (sheared.energy - 0.5 * end * sheared.force) / area if area else 0.0
     return force, end / sheared.force * force + scale * arc, 0.5 * end + scale * depth
 
 
@@ -190,8 +190,8 @@ def _unworn_curve(hertz: HertzContact, least: float) -> tuple[Array, Array, floa
     exact = np.array([*map(approach_under, roots**3)]) @ (weights * 3.0 * roots**2)
     exact *= 0.5 * float(np.diff(ends)[0])
     chord = np.interp(loads, loads[[-1, 0]], approaches[[-1, 0]])
-    arc, below = approaches - chord, -float(np.trapezoid(chord, loads))
-    arc *= (exact - below) / -float(np.trapezoid(arc, loads))
+    arc, area = approaches - chord, -float(np.trapezoid(chord, loads))
+    arc *= (exact - area) / -float(np.trapezoid(arc, loads))
     return loads, chord + arc, approach_under(0.5 * (least + hertz.load))
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from fretwear.arrays import Array, Even, Mask
-from fretwear.mechanics.contact.cells import WITHIN_A_CELL, Beside, Geometry, Region, Way, Zone
+from fretwear.mechanics.contact.cells import WITHIN_A_CELL, Evidence, Geometry, Region, Way, Zone
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
@@ -117,10 +117,10 @@ class Measures:
             return 0.0
         integral = self.state.geometry.integral
         load = integral(np.where(stick, pressure, 0.0))
-        beyond = integral(stick.astype(float)) - zone.area
-        within, beside = (pressure.ravel()[cells].sum() for cells in (zone.inside, zone.outside))
-        if beside > 0.0:
-            load -= beyond * 2.0 / zone.inside.size * float(within * beside / (within + beside))
+        excess = integral(stick.astype(float)) - zone.area
+        inner, outer = (pressure.ravel()[cells].sum() for cells in (zone.inside, zone.outside))
+        if outer > 0.0:
+            load -= excess * 2.0 / zone.inside.size * float(inner * outer / (inner + outer))
         return min(load, self.problem.plastic_limit * zone.area)
 
     def _volume(self, index: int, body: str) -> float:
@@ -363,8 +363,8 @@ def _radius(geometry: Geometry, cells: Mask, area: float, half_width: float) -> 
     """
     if not isinstance(geometry, Grid) or geometry.plane_strain:
         return half_width
-    within = open_within_outline(cells, geometry.x, geometry.y, geometry.even)
-    return sqrt(max(area + within * geometry.unit_area, 0.0) / pi)
+    open_cells = open_within_outline(cells, geometry.x, geometry.y, geometry.even)
+    return sqrt(max(area + open_cells * geometry.unit_area, 0.0) / pi)
 
 
 def _regions(
@@ -372,10 +372,10 @@ def _regions(
 ) -> tuple[Region, Region]:
     """The regions of contact and of stick, whose half-widths along x are known, m."""
     contact, stick = along_x
-    touching = Region(state.in_contact, contact, Beside(state.pressure, state.gap, state.opening))
+    touching = Region(state.in_contact, contact, Evidence(state.pressure, state.gap, state.opening))
     worn = state.opening + state.plastic if problem.slip_model.follows_shape else None
-    beside = Beside(state.reduced.pressure, state.reduced.gap, worn, by_pressure=True)
-    return touching, Region(state.reduced.stick, stick, beside, touching)
+    evidence = Evidence(state.reduced.pressure, state.reduced.gap, worn, by_pressure=True)
+    return touching, Region(state.reduced.stick, stick, evidence, touching)
 
 
 def fractions(problem: WearProblem, state: State, plane: Geometry) -> tuple[Array, Array]:
@@ -420,11 +420,11 @@ def scatter(state: State) -> dict[str, float]:
     """
     geometry, pressure, deviations = state.geometry, state.pressure, {}
     zones = {
-        "contact": (state.in_contact, Beside(state.pressure, state.gap, state.opening)),
-        "stick": (state.reduced.stick, Beside(state.reduced.pressure, state.reduced.gap)),
+        "contact": (state.in_contact, Evidence(state.pressure, state.gap, state.opening)),
+        "stick": (state.reduced.stick, Evidence(state.reduced.pressure, state.reduced.gap)),
     }
-    for zone_name, (cells, beside) in zones.items():
-        zone = geometry.zone(Region(cells, geometry.extent[0], beside))
+    for zone_name, (cells, evidence) in zones.items():
+        zone = geometry.zone(Region(cells, geometry.extent[0], evidence))
         deviations[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
         for axis, axis_name in enumerate("xy"):
             name = f"{zone_name}_half_width_{axis_name}"
@@ -439,10 +439,10 @@ def scatter(state: State) -> dict[str, float]:
         else:
             width = float(np.interp(extent, geometry.x, np.ravel(geometry.widths)))
         # The end of a scar is interpolated between the depths of two cells.
-        within = 0.5 * WITHIN_A_CELL * width
-        deviations[f"scar_half_width_{'xy'[axis]}"] = within * (extent > 0.0)
-    inside, outside = (pressure.ravel()[side] for side in (zone.inside, zone.outside))
-    at_edge = 2.0 * inside * outside / np.maximum(inside + outside, np.finfo(float).tiny)
+        spread = 0.5 * WITHIN_A_CELL * width
+        deviations[f"scar_half_width_{'xy'[axis]}"] = spread * (extent > 0.0)
+    inner, outer = (pressure.ravel()[side] for side in (zone.inside, zone.outside))
+    at_edge = 2.0 * inner * outer / np.maximum(inner + outer, np.finfo(float).tiny)
     carried, area = geometry.integral(pressure), zone.area
     mean = geometry.integral(np.where(cells, pressure, 0.0)) / area if area else 0.0
     of_load, of_mean = (
@@ -463,8 +463,8 @@ def share_beyond_friction(problem: WearProblem, state: State) -> float:
     stick, integral = state.reduced.pressure, state.geometry.integral
     whole = integral((stick > 0.0).astype(np.float64))
     borne = 2.0 * problem.friction_law.ratio * state.pressure
-    beyond = integral((stick > borne).astype(np.float64))
-    return beyond / whole if whole > 0.0 else 0.0
+    overloaded = integral((stick > borne).astype(np.float64))
+    return overloaded / whole if whole > 0.0 else 0.0
 
 
 def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
@@ -483,21 +483,21 @@ def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
     if problem.rough is None and not isinstance(geometry, Grid):
         ends = isfinite(problem.indenter.end)
         insides = [
-            along[max(cells[-1] - _ALONG + 1, 0) : cells[-1] + 1]
+            line[max(cells[-1] - _ALONG + 1, 0) : cells[-1] + 1]
             for zone in (stick, pressure > 0.0)[: 1 + ends]
-            for inside, along in zip(zone.T, pressure.T, strict=True)
-            if (cells := np.flatnonzero(inside)).size
+            for sticks, line in zip(zone.T, pressure.T, strict=True)
+            if (cells := np.flatnonzero(sticks)).size
         ]
         is_singular = any(bool(p[-1] > _RESOLVED * p.mean()) for p in insides)
     else:
-        beside = geometry.zone(Region(stick, geometry.extent[0])).outside
-        opened, gap = (field.ravel()[beside] for field in (state.opening, reduced.gap))
+        neighbours = geometry.zone(Region(stick, geometry.extent[0])).outside
+        opened, gap = (field.ravel()[neighbours] for field in (state.opening, reduced.gap))
         is_singular = bool(problem.slip_model.follows_shape and (opened > _DOUBLED * gap).any())
     return max((problem.plastic_limit if is_singular else largest) - peak, 0.0)
 
 
 def half_width(
-    lines: Lines, inside: Mask, gap: Array, *, tips: bool = False, plane_strain: bool = False
+    lines: Lines, cells: Mask, gap: Array, *, tips: bool = False, plane_strain: bool = False
 ) -> float:
     """Distance of the outermost edge of a zone from the origin on the lines of an axis, m.
 
@@ -510,17 +510,17 @@ def half_width(
     if no cell on the lines belongs to the zone.
     """
     edges = []
-    for line, at in lines:
-        edge = _edge(at, inside[line], gap[line], plane_strain)
+    for line, distance in lines:
+        edge = _edge(distance, cells[line], gap[line], plane_strain)
         if tips and edge > 0.0:
-            beyond = _tips_beyond(line, at, inside, gap)
-            edge = max([edge, *(place for lowest, place in beyond if lowest < 0.0)])
+            tips_outside = _tips_beyond(line, distance, cells, gap)
+            edge = max([edge, *(place for lowest, place in tips_outside if lowest < 0.0)])
         edges.append(edge)
     return sum(edges) / len(edges)
 
 
-def _edge(distance: Array, inside: Mask, gap: Array, plane_strain: bool) -> float:
-    zone = np.flatnonzero(inside)
+def _edge(distance: Array, cells: Mask, gap: Array, plane_strain: bool) -> float:
+    zone = np.flatnonzero(cells)
     if zone.size == 0:
         return 0.0
     last = int(zone[-1])
@@ -567,8 +567,8 @@ def stick_half_width(lines: Lines, pressure: Array) -> float:
     The result is 0 if no cell on the lines sticks.
     """
     edges = []
-    for along, distance in lines:
-        line = pressure[along]
+    for way, distance in lines:
+        line = pressure[way]
         zone = np.flatnonzero(line > 0)
         if not zone.size:
             edges.append(0.0)
@@ -584,37 +584,37 @@ def stick_half_width(lines: Lines, pressure: Array) -> float:
     return sum(edges) / len(edges)
 
 
-def deviation(lines: Lines, inside: Mask) -> float:
+def deviation(lines: Lines, cells: Mask) -> float:
     """Standard deviation of the half-width of a zone on the lines of an axis, m."""
-    ends = [(at, np.flatnonzero(inside[line])) for line, at in lines]
-    widths = [np.diff(at)[zone[-1:]].sum() for at, zone in ends]
+    ends = [(distance, np.flatnonzero(cells[line])) for line, distance in lines]
+    widths = [np.diff(distance)[zone[-1:]].sum() for distance, zone in ends]
     return WITHIN_A_CELL * float(np.mean(widths))
 
 
-def next_tip(lines: Lines, inside: Mask, gap: Array) -> tuple[float, float]:
+def next_tip(lines: Lines, cells: Mask, gap: Array) -> tuple[float, float]:
     """The tip beyond a zone that is next to touching: jump of the half-width, m, and its gap, m.
 
     The half-width on the lines of an axis jumps so far where the tip touches, or does not after
     all. The gap is at the top of the tip, below zero where it touches; 0 and NaN if there is none.
     """
     tips = [
-        (abs(lowest), (edge - float(at[last])) / len(lines), lowest)
-        for line, at in lines
-        if (zone := np.flatnonzero(inside[line])).size
+        (abs(lowest), (edge - float(distance[last])) / len(lines), lowest)
+        for line, distance in lines
+        if (zone := np.flatnonzero(cells[line])).size
         for last in zone[-1:]
-        for lowest, edge in _tips_beyond(line, at, inside, gap)
+        for lowest, edge in _tips_beyond(line, distance, cells, gap)
     ]
     return min(tips)[1:] if tips else (0.0, nan)
 
 
-def _tips_beyond(line: Way, distance: Array, inside: Mask, gap: Array) -> list[tuple[float, float]]:
+def _tips_beyond(line: Way, distance: Array, cells: Mask, gap: Array) -> list[tuple[float, float]]:
     """The tips on a line beyond the last cell of a zone, the nearest first, in m.
 
     They have the gap at the lowest point and the outer edge of the contact, or the tip's place.
     Parabolas along the line and across it have their vertices where the tip is lowest. A paraboloid
     of radius R that is pressed in by δ touches within √(Rδ).
     """
-    here, last = gap[line], int(np.flatnonzero(inside[line])[-1])
+    here, last = gap[line], int(np.flatnonzero(cells[line])[-1])
     near, middle, far = here[last:-2], here[last + 1 : -1], here[last + 2 :]
     minima = last + 1 + np.flatnonzero((middle < near) & (middle <= far))
     if not minima.size:
@@ -622,7 +622,7 @@ def _tips_beyond(line: Way, distance: Array, inside: Mask, gap: Array) -> list[t
     axis = 0 if isinstance(line[0], slice) else 1
     across, row = np.moveaxis(gap, axis, 0)[line[axis]], line[1 - axis]
     assert isinstance(row, int)
-    rows = [min(max(beside, 0), across.shape[1] - 1) for beside in (row - 1, row, row + 1)]
+    rows = [min(max(neighbour, 0), across.shape[1] - 1) for neighbour in (row - 1, row, row + 1)]
     tips = []
     for tip in minima.tolist():
         place, bend, fall = _vertex(here[tip - 1 : tip + 2])
@@ -652,28 +652,28 @@ def _border(distance: Array, last: int) -> float:
     return float(distance[last] + 0.5 * (distance[outer] - distance[inner]))
 
 
-def open_within_outline(inside: Mask, x: Array, y: Array, even: Even) -> int:
+def open_within_outline(cells: Mask, x: Array, y: Array, even: Even) -> int:
     """Number of cells within the outline of a zone that do not belong to it, of those kept.
 
     The outline is the convex hull of the centres of the zone's cells and of their images where the
     zone is ``even``: valleys between tips and the middle of a ring count, and a tip that touches
     outside moves it little. ``x`` and ``y`` are the centres of the cells, m.
     """
-    columns = np.flatnonzero(inside.any(axis=1))
+    columns = np.flatnonzero(cells.any(axis=1))
     if not columns.size:
         return 0
-    at, zone = x[columns], inside[columns]
+    position, zone = x[columns], cells[columns]
     top = y[y.size - 1 - zone[:, ::-1].argmax(axis=1)]
     bottom = -top if even[1] else y[zone.argmax(axis=1)]
     if even[0]:
-        at = np.concatenate([-at[::-1], at])
+        position = np.concatenate([-position[::-1], position])
         top, bottom = (np.concatenate([ends[::-1], ends]) for ends in (top, bottom))
-    between = x[np.searchsorted(x, at[0]) : columns[-1] + 1]
-    slack = 1e-6 * float(at[-1] - at[0])
-    highest = np.interp(between, *_highest_chords(at, top)) + slack
-    lowest = -highest if even[1] else -np.interp(between, *_highest_chords(at, -bottom)) - slack
-    within = np.searchsorted(y, highest, "right") - np.searchsorted(y, lowest, "left")
-    return int(within.sum()) - int(inside.sum())
+    held = x[np.searchsorted(x, position[0]) : columns[-1] + 1]
+    slack = 1e-6 * float(position[-1] - position[0])
+    highest = np.interp(held, *_highest_chords(position, top)) + slack
+    lowest = -np.interp(held, *_highest_chords(position, -bottom)) - slack
+    counts = np.searchsorted(y, highest, "right") - np.searchsorted(y, lowest, "left")
+    return int(counts.sum()) - int(cells.sum())
 
 
 def _highest_chords(x: Array, heights: Array) -> tuple[list[float], list[float]]:
@@ -712,10 +712,10 @@ def _scar_end(x: Array, depth: Array) -> float:
     last = int(np.flatnonzero(depth > level)[-1])
     if last + 1 == x.size:
         return float(x[last])
-    near, beyond, part = float(depth[last]), float(depth[last + 1]), 0.5
-    before = float(depth[last - 1]) if last else near
-    if beyond > 0.0:
-        part = (near - level) / (near - beyond)
-    elif near - level < before - near:
-        part = (near - level) / (before - near)
+    near, following, part = float(depth[last]), float(depth[last + 1]), 0.5
+    previous = float(depth[last - 1]) if last else near
+    if following > 0.0:
+        part = (near - level) / (near - following)
+    elif near - level < previous - near:
+        part = (near - level) / (previous - near)
     return float(x[last] + part * (x[last + 1] - x[last]))

@@ -72,29 +72,30 @@ def load_cycle(
         np.stack([getattr(contact, name)[:, 0] for contact in family])
         for name in ("pressure", "gap")
     )
-    inside = pressure > 0.0
+    touching = pressure > 0.0
     # Cells touch beyond the number of contacts that are narrower.
-    first, cells = (~inside).sum(axis=0), np.arange(inside.shape[1])
-    ends = inside.sum(axis=1)
-    at = np.interp(cells + 0.5, ends, nodes)
+    first, cells = (~touching).sum(axis=0), np.arange(touching.shape[1])
+    ends = touching.sum(axis=1)
+    limit = np.interp(cells + 0.5, ends, nodes)
     edge = np.flatnonzero((first > 0) & (first < len(family)))
-    into, out = first[edge], first[edge] - 1
+    inner, outer = first[edge], first[edge] - 1
     square, power_of_gap = pressure**2, gap ** (2.0 / 3.0)
-    part = (nodes[into] - at[edge]) / np.maximum(at[edge] - nodes[out], 1e-9 * nodes[into])
-    square[out, edge] = -square[into, edge] / np.maximum(part, 1e-9)
-    power_of_gap[into, edge] = -power_of_gap[out, edge] * part
+    rest = np.maximum(limit[edge] - nodes[outer], 1e-9 * nodes[inner])
+    part = (nodes[inner] - limit[edge]) / rest
+    square[outer, edge] = -square[inner, edge] / np.maximum(part, 1e-9)
+    power_of_gap[inner, edge] = -power_of_gap[outer, edge] * part
 
-    def between(values: Array, load: Array) -> Array:
+    def interpolated(values: Array, load: Array) -> Array:
         place = load**power
         index = np.clip(np.searchsorted(nodes, place, "right") - 1, 0, nodes.size - 2)
         share = ((place - nodes[index]) / np.diff(nodes)[index])[:, None]
         return np.maximum((1.0 - share) * values[index] + share * values[index + 1], 0.0)
 
     phase = np.linspace(0.0, 1.0, _PHASES + 1)
-    loaded = np.sqrt(between(square, least + (high - least) * phase))
+    loaded = np.sqrt(interpolated(square, least + (high - least) * phase))
     weights = np.zeros_like(loaded)
     for start, way in ((least, slice(None)), (high, slice(None, None, -1))):
-        gaps = between(power_of_gap, start + (low.load - start) * phase)[way] ** 1.5
+        gaps = interpolated(power_of_gap, start + (low.load - start) * phase)[way] ** 1.5
         slips = 0.5 * np.abs(np.diff(gaps, axis=0))
         weights[:-1] += slips
         weights[1:] += slips
@@ -168,7 +169,7 @@ class _PulsatingEvolution(Evolution):
     def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[State]:
         """Take both stages, and compare them with the embedded formulas."""
         base, geometry, numbers = self.state, self.state.geometry, TR_BDF2
-        rate, ahead = self.problem.wear_growth * step, numbers.beyond
+        rate, ahead = self.problem.wear_growth * step, numbers.ratio
         implicit, weight = numbers.implicit * rate, numbers.explicit * rate
         e0, share, offset = self._mean(base)
         guess = base.pressure + numbers.middle * step * base.pressure_rate

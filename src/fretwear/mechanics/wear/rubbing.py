@@ -180,9 +180,9 @@ class Rubbing:
         # One row for each position and cell; one column for each value of the wear of the flat,
         # then of the indenter.
         shapes, worn = [], []
-        at, across = self.x[:, None], self.y[None, :]
-        along, row = np.divmod(np.arange(self.cells), self.rows)
-        x = np.asarray(self.x[along], np.float64)
+        position, across = self.x[:, None], self.y[None, :]
+        column, row = np.divmod(np.arange(self.cells), self.rows)
+        x = np.asarray(self.x[column], np.float64)
 
         def places_of(x: Array) -> Array:
             """Distances from the first edge of the wear of a body, in cells."""
@@ -195,16 +195,16 @@ class Rubbing:
                 np.clip(lower.astype(int) + step, 0, along_x - 1) * self.rows + row
                 for step in (0, 1)
             ]
-            inside = np.abs(x) < half * size
-            shares = np.concatenate([(1.0 - part) * inside, part * inside])
+            in_range = np.abs(x) < half * size
+            shares = np.concatenate([(1.0 - part) * in_range, part * in_range])
             where = np.tile(np.arange(x.size), 2), np.concatenate(columns)
             return csr_matrix((shares, where), shape=(x.size, values))
 
         for place, paths in zip(self.places, _paths(self.places, size, is_even), strict=True):
             gap: Array = np.broadcast_to(
-                problem.indenter.gap(at - place, across), (count, self.rows)
+                problem.indenter.gap(position - place, across), (count, self.rows)
             )
-            for surface, moved in zip(both, (at, at - place), strict=True):
+            for surface, moved in zip(both, (position, position - place), strict=True):
                 gap = gap if surface is None else gap + surface.height(moved, across)
             shapes.append(gap.ravel())
             of_flat = sum(
@@ -223,8 +223,8 @@ class Rubbing:
         """
         wide, high, size = 0.0, 0.0, self.x[1] - self.x[0]
         for weight, pressure in zip(self.weights / self.sides, pressures, strict=True):
-            along = _outermost(pressure[:, 0]) + _outermost(pressure[::-1, 0]) + 1 - self.x.size
-            wide += weight * size * along
+            extent = _outermost(pressure[:, 0]) + _outermost(pressure[::-1, 0]) + 1 - self.x.size
+            wide += weight * size * extent
             if self.rows > 1:
                 middle = pressure[int(np.argmax(pressure[:, 0]))]
                 high += weight * 2.0 * (self.y[1] - self.y[0]) * (_outermost(middle) + 0.5)
@@ -239,9 +239,9 @@ class Rubbing:
 
     def _matrix(self, cells: Places, others: Places) -> Array:
         """Displacement of some cells under a unit pressure on others, m/Pa."""
-        along, row = np.divmod(cells[:, None], self.rows)
+        column, row = np.divmod(cells[:, None], self.rows)
         other_along, other_row = np.divmod(others, self.rows)
-        return np.asarray(self.influence[np.abs(along - other_along), row, other_row])
+        return np.asarray(self.influence[np.abs(column - other_along), row, other_row])
 
     def _patch(self, place: int, cells: Places) -> BetweenBounds:
         """Some cells at a position; the last ones of each are kept.
@@ -264,8 +264,8 @@ class Rubbing:
             _, inverse, uniform, _ = alike
         else:
             inverse, _ = dpotri(dpotrf(self._matrix(cells, cells), lower=1)[0], lower=1)
-            above = np.triu_indices(cells.size, 1)
-            inverse[above] = inverse.T[above]
+            upper = np.triu_indices(cells.size, 1)
+            inverse[upper] = inverse.T[upper]
             uniform = inverse.sum(axis=1)
             inverse -= np.outer(uniform, uniform / uniform.sum())
         self._patches[place] = BetweenBounds(
@@ -340,19 +340,19 @@ class Rubbing:
         )
 
     def _response(
-        self, place: int, shape: Array, worn: Array, inside: Mask, full: Mask
+        self, place: int, shape: Array, worn: Array, touching: Mask, full: Mask
     ) -> Response:
         """The contact at a position on given cells, of which some are at the limit.
 
         If these carry the whole load, the cells are chosen anew, in place.
         """
-        free, held = np.flatnonzero(inside & ~full), np.flatnonzero(full)
+        free, held = np.flatnonzero(touching & ~full), np.flatnonzero(full)
         load = self.loads[place]
         left = load - self.limit * self.area * held.size if held.size else load
         if not free.size or left <= 0.0:
             held, free, left = self._capped(full, shape + self._gaps(worn)[place], load)
-            full[:], inside[:] = False, False
-            full[held], inside[held], inside[free] = True, True, True
+            full[:], touching[:] = False, False
+            full[held], touching[held], touching[free] = True, True, True
         patch = self._patch(place, free)
         height = shape[free]
         if held.size:

@@ -129,15 +129,15 @@ class ImplicitStage:
         limit = YieldLimit(problem, geometry, problem.pressure_limit(self.base.pressure, reduced))
         if reduced.follows_pressure:
             exposure = exposure.limited(np.maximum(pressure, self.base.pressure))
-        relaxation, before, usual = 1.0, inf, exposure
+        relaxation, previous, usual = 1.0, inf, exposure
         for _ in range(_LARGEST_SWEEPS):
             contact, layer = self._normal_contact(exposure, drift, limit.value, pressure, tolerance)
             if isinstance(layer, WearLayer):
                 drift = replace(drift, shift=layer.shift)
             stage = self._flow(exposure, contact, layer, reduced, tolerance)
             pressure, reduced = stage.pressure, stage.reduced
-            within = self.accuracy.limit * self.tolerance * stage.load
-            settled = limit.suits(contact, reduced, within) & self._rubs_alike(stage)
+            allowed = self.accuracy.limit * self.tolerance * stage.load
+            settled = limit.suits(contact, reduced, allowed) & self._rubs_alike(stage)
             exposure = self._rubbed(usual, problem)
             if not stage.yielded and drift.shift is None:
                 if settled:
@@ -147,10 +147,10 @@ class ImplicitStage:
             enough = self.accuracy.sweep if drift.response is None else self.accuracy.following
             if settled and lost <= enough * self.tolerance * geometry.integral(stage.opening):
                 break
-            if settled and lost > 0.5 * before:
+            if settled and lost > 0.5 * previous:
                 # Flow lets wear catch up, which stops the flow: average the two.
                 relaxation = max(0.5 * relaxation, 0.1)
-            before = lost
+            previous = lost
             drift = drift.corrected(missing, stage, relaxation)
         else:
             raise ContactError(
@@ -203,7 +203,7 @@ class ImplicitStage:
             return Drift(shift)
         # Beyond the contact only d* changes G: with the bodies, or with µ.
         ahead = float(change[-1, 0] / reduced.response[-1, 0])
-        sliding = problem.sliding(base.load, base.approach)
+        sliding = problem.reduced_condition(base.load, base.approach)
         held = reduced.approach + sliding.flexibility * reduced.load
         level = base.approach + ahead + held - sliding.level
         return Drift(shift, np.where(shift > change, 0.0, reduced.response), level)
@@ -255,15 +255,15 @@ class ImplicitStage:
             plastic, gap = plastic + contact.penetration, gap + contact.penetration
         load = problem.load_of(self.bodies.geometry, contact)
         if yielded or self._moves:
-            between = max(self.accuracy.reduced_between, _OF_REDUCED * tolerance)
+            accuracy = max(self.accuracy.reduced_between, _OF_REDUCED * tolerance)
             pressed = Pressed(
                 self.bodies.half_space,
                 self.bodies.unworn + opening + plastic,
                 pressure,
                 gap,
                 contact.approach,
-                problem.sliding(load, contact.approach),
-                self.accuracy.reduced if self.output_step else between,
+                problem.reduced_condition(load, contact.approach),
+                self.accuracy.reduced if self.output_step else accuracy,
             )
             reduced = model.reduced(problem, pressed, reduced)
             self.convolutions += reduced.convolutions
@@ -297,10 +297,10 @@ class ImplicitStage:
         pressure, worn = contact.pressure, fields[1]
         idle = _IDLE * np.average(pressure, weights=self.bodies.geometry.weights)
         opened = (contact.gap > 0) & (worn > 0) & (pressure <= idle)
-        beyond = np.where(opened, np.minimum(contact.gap, worn), 0.0)
-        if beyond.any():
+        excess = np.where(opened, np.minimum(contact.gap, worn), 0.0)
+        if excess.any():
             for field in fields:
-                field -= beyond
+                field -= excess
 
     def _missing(self, exposure: Exposure, drift: Drift, stage: Stage) -> tuple[Array, float]:
         """Change of G in a stage less the assumed one, m, and the volume that it wears, m³."""
@@ -338,8 +338,8 @@ def _bounded(change: Array, gap: Array) -> Array:
 def all_worn(
     kept: float,
     opened: Array,
-    before: Array,
-    after: Array,
+    first_gap: Array,
+    last_gap: Array,
     exponent: Array,
     withheld: float | Array = 0.0,
 ) -> Array:
@@ -350,4 +350,4 @@ def all_worn(
     """
     if kept < 1.0:
         return opened / (1.0 - kept)
-    return np.maximum(0.5 * exponent * (before + after) - withheld, 0.0)
+    return np.maximum(0.5 * exponent * (first_gap + last_gap) - withheld, 0.0)

@@ -66,13 +66,13 @@ class WearProblem(Setup):
         limit: float | Array | None = None,
     ) -> ContactProblem:
         """The normal contact of a shape, m; friction may lower the limit of pressure, Pa."""
-        load, approach = self.normal.given
+        load, approach = self.normal.held
         limit = self.plastic_limit if limit is None else limit
         return ContactProblem(half_space, shape, load, limit, layer, approach)
 
     def load_of(self, geometry: Geometry, contact: Contact) -> float:
         """P, N, of a contact: the load that is held, or else the load that it carries."""
-        load, _ = self.normal.given
+        load, _ = self.normal.held
         return geometry.integral(contact.pressure) if load is None else float(load)
 
     def half_space(self, geometry: Geometry) -> HalfSpace:
@@ -97,12 +97,12 @@ class WearProblem(Setup):
         distances = []
         for axis, high in zip(np.eye(2), self.extent, strict=True):
 
-            def below(distance: float, axis: Array = axis) -> float:
+            def height_below(distance: float, axis: Array = axis) -> float:
                 return height - float(self.indenter.gap(*(distance * axis)))
 
-            while below(high) > 0.0:
+            while height_below(high) > 0.0:
                 high *= 2.0
-            distances.append(find_root(below, 0.0, high))
+            distances.append(find_root(height_below, 0.0, high))
         return distances[0], distances[1]
 
     # Tractions and slip of a reduced contact.
@@ -374,10 +374,10 @@ class State(Stage):
         shape = bodies.unworn + fields["opening"] + fields["plastic"]
         here, there = geometry.where(old), old.where(geometry)
 
-        def gap(pressure: Array, approach: float, before: Array) -> Array:
+        def gap(pressure: Array, approach: float, old_gap: Array) -> Array:
             moved = bodies.half_space.displacement(pressure)
             result = np.where(pressure > 0, 0.0, np.maximum(moved + shape - approach, 0.0))
-            result[here] = before[there]
+            result[here] = old_gap[there]
             return result
 
         opened = gap(fields["pressure"], self.approach, self.gap)
@@ -397,7 +397,7 @@ class State(Stage):
                 sheared = sheared.on(lambda field: old.resized(field, geometry))
             start = replace(reduced, pressure=np.maximum(stuck, 0.0), sheared=sheared)
             now = problem.at(self.cycle).slipped(fields.get("friction_energy"))
-            sliding, pressure = now.sliding(self.load, self.approach), fields["pressure"]
+            sliding, pressure = now.reduced_condition(self.load, self.approach), fields["pressure"]
             pressed = Pressed(bodies.half_space, shape, pressure, opened, self.approach, sliding)
             reduced = now.slip_model.reduced(now, pressed, start)
             spent += reduced.convolutions

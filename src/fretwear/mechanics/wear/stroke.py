@@ -120,7 +120,7 @@ class _Slider(Integrator[StrokeState]):
             x, fast = fast_shape(ends, self.problem.spacing, self.problem.even)
             y = fast if y > 1 else 1
         self.rubbing = Rubbing(self.problem, (x, y))
-        if self.before is not None:
+        if self.previous is not None:
             self.state = self.state.on(self.workspace, self.rubbing.geometry)
 
     def _outgrown(self, contacts: Contacts) -> bool:
@@ -135,23 +135,23 @@ class _Slider(Integrator[StrokeState]):
     def load(self) -> None:
         """Load the bodies anew."""
         problem, hertz = self.problem, self.problem.hertz
-        x, y = (0, 0) if self.before is None else self.before.geometry.shape
+        x, y = (0, 0) if self.previous is None else self.previous.geometry.shape
         reach = problem.extent[0] + float(positions(problem)[0][-1])
         sides = 1 if problem.even[0] else 2
         x = max(x, sides * (ceil(reach / problem.spacing[0]) + 2 * _MARGIN))
         y = max(y, ceil(problem.extent[1] / problem.spacing[1]) + 2 * _MARGIN)
         self._resize(x, 1 if problem.geometry.plane_strain else y)
         wide, high = problem.indenter.half_widths(hertz)
-        cycle, step = (0.0, 0) if self.before is None else (self.before.cycle, self.before.step)
+        cycle, step = getattr(self.previous, "cycle", 0.0), getattr(self.previous, "step", 0)
         while True:
-            rubbing, before = self.rubbing, self.before
-            at = rubbing.x[:, None] - rubbing.places[:, None, None]
-            inside = (at / wide) ** 2 + (rubbing.y / high) ** 2 < 1.0
-            start = inside.astype(np.float64)
+            rubbing, previous = self.rubbing, self.previous
+            distance = rubbing.x[:, None] - rubbing.places[:, None, None]
+            touching = (distance / wide) ** 2 + (rubbing.y / high) ** 2 < 1.0
+            start = touching.astype(np.float64)
             worn, sunk = np.zeros((2, 2, *rubbing.geometry.shape))
-            if before is not None:
-                start = np.maximum(start, (before.pressures > 0).any(axis=0))
-                worn, sunk = before.worn, before.sunk
+            if previous is not None:
+                start = np.maximum(start, (previous.pressures > 0).any(axis=0))
+                worn, sunk = previous.worn, previous.sunk
             rigid, change = np.zeros((2, 1, 1)), inf
             contacts = self._contacts(cycle, worn, sunk, rigid, start)
             # Cells that sink at one position carry less at others, where more sink next time.
@@ -227,16 +227,16 @@ class _Slider(Integrator[StrokeState]):
         explicit = base.worn + TR_BDF2.implicit * step * started
         first = stage(middle, explicit, base.sunk, self.rates(middle, means), base.pressures)
         reached = self.means(middle, first.pressures)
-        between = self.rates(middle, reached) * first.means
+        halfway = self.rates(middle, reached) * first.means
         sunk = base.sunk + first.flow
-        explicit = base.worn + TR_BDF2.explicit * step * (started + between)
-        rates = self.rates(end, reached.ahead(means, TR_BDF2.beyond))
+        explicit = base.worn + TR_BDF2.explicit * step * (started + halfway)
+        rates = self.rates(end, reached.ahead(means, TR_BDF2.ratio))
         last = stage(end, explicit, sunk, rates, first.pressures)
         if self._outgrown(last):
             return None
         ended = rates * last.means
         worn, missed = (
-            step * sum(w * rate for w, rate in zip(weights, (started, between, ended), strict=True))
+            step * sum(w * rate for w, rate in zip(weights, (started, halfway, ended), strict=True))
             for weights in (TR_BDF2.weights, TR_BDF2.difference)
         )
         worn, allowed = base.worn + worn, integrator.OVERESTIMATE * self.tolerance

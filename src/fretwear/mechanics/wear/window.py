@@ -117,8 +117,8 @@ def _(cells: Grid, workspace: Workspace, pressure: Array, approach: float) -> Ge
     grid = cells
     while True:
         held = cells.resized(pressure, grid)
-        border, beyond = grid.touched(held), _touches_beyond(grid, workspace, held, approach)
-        larger = grid.grown((border[0] or beyond[0], border[1] or beyond[1]))
+        border, excess = grid.touched(held), _touches_beyond(grid, workspace, held, approach)
+        larger = grid.grown((border[0] or excess[0], border[1] or excess[1]))
         if larger is grid:
             return grid
         grid = larger
