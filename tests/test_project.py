@@ -106,7 +106,7 @@ TAKEN = {
     "plugins.py": "plugins",
     "units.py": "BY_SI_UNIT ContactFrame Dimension FloatWithUnit LINE_CONTACT MEGAPASCAL "
     "MICROMETRE NO_UNIT NUMBER_PATTERN PERCENT POINT_CONTACT QuantityError Unit did_you_mean "
-    "format_quantity nearest number_text parse_quantity with_unit",
+    "format_quantity in_unit nearest number_text parse_quantity with_unit",
     "study/mistakes.py": "LISTED Mistake Mistakes RANGE",
     "study/rules.py": "findings",
     "study/materials.py": "MATERIAL Material PROPERTIES",
