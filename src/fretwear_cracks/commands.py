@@ -64,7 +64,7 @@ def stress_below(
         stress,
         cycle=cycle,
         depths=None if depth is None else depth.split(","),
-        fatemi_socie=_pair(fatemi_socie),
+        fatemi_socie=fatemi_socie,
         crossland=crossland,
         mean_stress=mean_stress,
         stress_ratio=stress_ratio,
@@ -99,19 +99,14 @@ def fatigue_of(
     compute = partial(
         fatigue.fatigue,
         depth=depth,
-        basquin=_pair(basquin),
-        manson_coffin=_pair(manson_coffin),
+        basquin=basquin,
+        manson_coffin=manson_coffin,
         mean_stress=mean_stress,
         stress_ratio=stress_ratio,
     )
     path, lives = _written(file, output, "fatigue", compute)
     for line in (*aligned(fatigue.fatigue_table(lives)), _TABLE, str(path)):
         say(line)
-
-
-def _pair(text: str | None) -> list[str] | None:
-    """Constants with a comma between them."""
-    return None if text is None else text.split(",")
 
 
 def _written(

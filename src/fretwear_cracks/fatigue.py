@@ -20,11 +20,12 @@ from fretwear.data.files import open_case, write_groups
 from fretwear.data.groups import open_group
 from fretwear.data.labels import attributes_from
 from fretwear.results import CYCLE, X
-from fretwear.units import cycle_text, number_text
+from fretwear.units import NO_UNIT, cycle_text, number_text
 from fretwear.version import code_digest
 from fretwear_cracks import StressError
-from fretwear_cracks.inputs import read_pair, read_quantity, snapshot_of, usual_depths
+from fretwear_cracks.inputs import KEYS, read_pair, read_quantity, snapshot_of, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
+from fretwear_cracks.section import LAWS
 from fretwear_cracks.stresses import place_of_largest, stress, warnings_of_depth
 from fretwear_cracks.variables import (
     CRACKS,
@@ -98,7 +99,7 @@ def fatigue(
     asked = stored if cycles is None else np.unique(np.array([*cycles], float))
     if not asked.size:
         raise StressError("the dataset has no snapshots")
-    last = None if depth is None else read_quantity("depth", depth, "m")
+    last = None if depth is None else read_quantity("depth", depth, KEYS["depth"])
     depths = usual_depths(snapshot_of(ds, asked[0]), _COUNT, last)
     compute = partial(
         stress, ds, depths=depths, phases=phases, mean_stress=mean_stress, stress_ratio=stress_ratio
@@ -186,10 +187,11 @@ def stored_fatigue(
 def fatigue_table(outcome: xr.Dataset) -> list[tuple[str, ...]]:
     """Rows of text about the snapshots of `fatigue`, below a row of words."""
     columns = [(CYCLE.name, *map(cycle_text, outcome[CYCLE.name].values))]
-    for about, (head, size) in zip(FATIGUE, FATIGUE_HEADS, strict=True):
+    for about, head in zip(FATIGUE, FATIGUE_HEADS, strict=True):
         if about.name in outcome:
-            values = outcome[about.name].values
-            texts = [number_text(v / size, 4) if np.isfinite(v) else "–" for v in values]
+            values, unit = outcome[about.name].values, about.unit or NO_UNIT
+            head = f"{head} ({unit.name})" if unit.name else head
+            texts = [number_text(v / unit.size, 4) if np.isfinite(v) else "–" for v in values]
             if about.name == "fatigue_outcome":
                 texts = [FATIGUE_OUTCOMES[int(code)] for code in values]
             columns.append((head, *texts))
@@ -228,15 +230,12 @@ def _life(
     manson_coffin: Sequence[float | str] | None,
 ) -> StrainLife | None:
     """The constants of lives, or None; `StressError` if they are wrong."""
-    read: list[float] = []
-    for name, pair, unit in (("basquin", basquin, "Pa"), ("manson_coffin", manson_coffin, "1")):
-        if pair is not None:
-            constant, exponent = read_pair(name, pair, (unit, "1"))
-            if not constant > 0.0 or not exponent < 0.0:
-                given = ", ".join(map(str, pair))
-                rule = "the constant must be positive, the exponent negative"
-                raise StressError(f"{name} = {given!r}: {rule}")
-            read += [constant, exponent]
+    pairs = zip(LAWS.items(), (basquin, manson_coffin), strict=True)
+    read = [
+        read_pair(law, pair, (KEYS[constant], KEYS[exponent]))
+        for (law, (constant, exponent)), pair in pairs
+        if pair is not None
+    ]
     if manson_coffin is not None and basquin is None:
         raise StressError("manson_coffin: give basquin too, the elastic part of a life")
-    return StrainLife(*read) if read else None
+    return StrainLife(*chain.from_iterable(read)) if read else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from functools import partial
 
 import numpy as np
 import xarray as xr
@@ -13,12 +14,20 @@ from fretwear.arrays import Array
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.slip.models import Cerruti
 from fretwear.mechanics.surfaces.setup import block_at
+from fretwear.quantity import Quantity, declared
 from fretwear.results import CYCLE, FRICTION_FIELD, SYMMETRIES, X, Y
 from fretwear.study.case import Case
 from fretwear.theory import LineContact
-from fretwear.units import BY_SI_UNIT, NUMBER, QuantityError, cycle_text, listed, parse_quantity
+from fretwear.units import QuantityError, cycle_text, listed
 from fretwear_cracks import StressError
+from fretwear_cracks.section import StressOutput
 from fretwear_cracks.states import LoadedSurface
+
+KEYS = {n: about for n, about in declared(StressOutput).items() if isinstance(about, Quantity)}
+"""Quantities of `StressOutput` by their keys."""
+# k and the yield strength, and the weight of the mean stress.
+_FATEMI_SOCIE = Quantity("1", "", "", ge=0.0), Quantity("Pa", "", "", gt=0.0)
+_CROSSLAND = Quantity("1", "", "")
 
 # First and last depth that are looked at unless others are asked for, in contact half-widths, and
 # how many there are. Edges of a punch are narrower than its contact: there the first is in cells.
@@ -137,12 +146,9 @@ def read_constants(
     """Constants by the parameter that they are for."""
     constants: dict[str, tuple[float, ...]] = {"smith_watson_topper": ()}
     if fatemi_socie is not None:
-        sensitivity, strength = read_pair("fatemi_socie", fatemi_socie, ("1", "Pa"))
-        if sensitivity < 0.0 or strength <= 0.0:
-            raise StressError("fatemi_socie: k must not be negative, the yield strength positive")
-        constants["fatemi_socie"] = sensitivity, strength
+        constants["fatemi_socie"] = read_pair("fatemi_socie", fatemi_socie, _FATEMI_SOCIE)
     if crossland is not None:
-        constants["crossland"] = (read_quantity("crossland", crossland, "1"),)
+        constants["crossland"] = (read_quantity("crossland", crossland, _CROSSLAND),)
     return constants
 
 
@@ -151,33 +157,30 @@ def mean_of_bulk_stress(case: Case, mean_stress: float | str, stress_ratio: floa
 
     R, the least stress over the largest, is (σ_m − σ_a)/(σ_m + σ_a).
     """
-    mean = read_quantity("mean_stress", mean_stress, "Pa")
+    mean = read_quantity("mean_stress", mean_stress, KEYS["mean_stress"])
     if stress_ratio is None:
         return mean
-    ratio = read_quantity("stress_ratio", stress_ratio, "1")
-    if not ratio < 1.0:
-        raise StressError(f"stress_ratio = {stress_ratio!r}: must be less than 1, such as 0.1")
+    ratio = read_quantity("stress_ratio", stress_ratio, KEYS["stress_ratio"])
     if mean:
         raise StressError("give stress_ratio or mean_stress, not both")
     return case.bulk_stress * (1.0 + ratio) / (1.0 - ratio)
 
 
 def read_pair(
-    name: str, pair: Sequence[float | str], si_units: tuple[str, str]
+    name: str, pair: Sequence[float | str], quantities: tuple[Quantity, Quantity]
 ) -> tuple[float, float]:
-    """Two constants of a law, in SI units."""
-    if isinstance(pair, str) or np.size(np.asarray(pair, object)) != 2:
+    """Two constants of a law, in SI units; text has a comma between them."""
+    values = np.atleast_1d(np.asarray(pair.split(",") if isinstance(pair, str) else pair, object))
+    if values.size != 2:
         raise StressError(f"{name}: must be two constants")
-    first, second = (
-        read_quantity(name, value, unit) for value, unit in zip(pair, si_units, strict=True)
-    )
+    first, second = map(partial(read_quantity, name), values, quantities)
     return first, second
 
 
-def read_quantity(name: str, value: object, si_unit: str) -> float:
-    """A number, or text with a unit, in SI units; `StressError` if it is neither."""
+def read_quantity(name: str, value: object, quantity: Quantity) -> float:
+    """A number, or text with a unit, in SI units; `StressError` if it is not one of a quantity."""
     try:
-        number = parse_quantity(value, NUMBER if si_unit == "1" else BY_SI_UNIT[si_unit])
+        number: float = quantity.read(value)
     except QuantityError as error:
         raise StressError(f"{name} = {value!r}: {error}") from error
     return number
@@ -195,7 +198,7 @@ def read_points(points: ArrayLike) -> Array:
 
 def read_depths(depths: Iterable[float | str]) -> Array:
     """Increasing depths, m."""
-    values = np.array([read_quantity("depth", depth, "m") for depth in depths])
+    values = np.array([read_quantity("depth", depth, KEYS["depth"]) for depth in depths])
     if not values.size or not (np.diff(values, prepend=0.0) > 0.0).all():
         raise StressError("depths must increase from one to the next, the first above 0")
     return values

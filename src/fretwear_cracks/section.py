@@ -25,10 +25,12 @@ if TYPE_CHECKING:
 # Stresses of a cycle below one snapshot.
 _SECONDS_PER_SNAPSHOT, _SECONDS_PER_CELL = 0.45, 2.4e-5
 _EXAMPLE = "{depth: 0.5 mm, fatigue_strength: 1000 MPa, strength_exponent: -0.1}"
-_PAIRS = (
-    ("fatigue_strength", "strength_exponent"),
-    ("fatigue_ductility", "ductility_exponent"),
-)
+
+LAWS = {
+    "basquin": ("fatigue_strength", "strength_exponent"),
+    "manson_coffin": ("fatigue_ductility", "ductility_exponent"),
+}
+"""Keys of the constants of lives, by the parameters of `fretwear.fatigue`."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +78,7 @@ class StressOutput(StudySection, Part):
     @property
     def mistake(self) -> tuple[str, str] | None:
         """The constants of a law belong together."""
-        for both in _PAIRS:
+        for both in LAWS.values():
             there, lacking = ([n for n in both if (vars(self)[n] is None) == no] for no in (0, 1))
             if there and lacking:
                 return f"has {there[0]} without {lacking[0]}", _EXAMPLE
@@ -90,9 +92,8 @@ class StressOutput(StudySection, Part):
     def constants(self) -> dict[str, object]:
         """The mean of the bulk stress and constants of lives, as `fretwear.fatigue` takes them."""
         mean = {"mean_stress": self.mean_stress, "stress_ratio": self.stress_ratio}
-        pairs = [(getattr(self, first), getattr(self, second)) for first, second in _PAIRS]
-        named = zip(("basquin", "manson_coffin"), pairs, strict=True)
-        return mean | {name: pair for name, pair in named if pair[0] is not None}
+        pairs = {law: tuple(getattr(self, key) for key in both) for law, both in LAWS.items()}
+        return mean | {law: pair for law, pair in pairs.items() if pair[0] is not None}
 
     def seconds(self, case: Case, cells: float) -> float:
         """The processor time of the stresses of a case, s."""

@@ -72,14 +72,7 @@ FATIGUE_OUTCOMES = ("no crack", "wear wins", "crack wins")
 """Words for the values of ``fatigue_outcome``."""
 
 FATIGUE_HEADS = (
-    ("tension (MPa)", 1e6),
-    ("SWT (MPa)", 1e6),
-    ("x (µm)", 1e-6),
-    ("depth (µm)", 1e-6),
-    ("plane (°)", 1.0),
-    ("life", 1.0),
-    ("damage", 1.0),
-    ("crack at", 1.0),
-    ("outcome", 1.0),
+    *("tension", "SWT", "x", "depth", "plane (°)"),
+    *("life", "damage", "crack at", "outcome"),
 )
-"""Heads of columns for the same, and the units of their values."""
+"""Heads of columns for the same."""
