@@ -319,10 +319,10 @@ class Points:
         return dict(zip(columns, fits, strict=True))
 
 
-def effects_table(points: Points, results: Sequence[str] | None = None) -> pd.DataFrame:
+def effects_table(points: Points) -> pd.DataFrame:
     """Return by how much results change from the first to the last level of each parameter.
 
-    The results are by default the `headlines`. A row compares pairs of cases that differ in one
+    The results are the `headlines`. A row compares pairs of cases that differ in one
     parameter alone: all of them, then those at each level, ``where``, of the parameter on which the
     change depends most. Factors are ratios of the result at level ``to`` over that at ``from``,
     undefined where one of them is zero or undefined; ``factor`` is their geometric mean. A result
@@ -340,24 +340,18 @@ def effects_table(points: Points, results: Sequence[str] | None = None) -> pd.Da
         others = [parameter for parameter in points.levels if parameter != name]
         pairs = _seeds(points, others) if name == SEED else _pairs(points, name, others)
         change = (None, None) if name == SEED else (levels[0], levels[-1])
-        for result in results or headlines(points.results):
-            if not len(pairs) or result not in points.results:
-                continue
+        for result in headlines(points.results) if len(pairs) else ():
             values = pairs[[*others, f"{result}_from", f"{result}_to"]].set_axis(
                 [*others, "before", "after"], axis=1
             )
-            is_positive = (values["before"] > 0.0) & (values["after"] > 0.0)
-            ratios = values["after"].where(is_positive) / values["before"].where(is_positive)
-            values["logarithm"] = np.log(ratios)
+            positive = values[["before", "after"]].where(lambda value: value > 0.0)
+            values["logarithm"] = np.log(positive["after"] / positive["before"])
             divider = "" if name == SEED else _divider(values, [n for n in others if n != SEED])
             parts: list[tuple[dict[str, object], pd.DataFrame]] = [({}, values)] + [
                 ({divider: points.levels[divider][level]}, part)
                 for level, part in (values.groupby(divider) if divider else ())
             ]
-            rows += [
-                (result, name, *change, where, *_change(part["before"], part["after"]))
-                for where, part in parts
-            ]
+            rows += [(result, name, *change, where, *_change(part)) for where, part in parts]
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
@@ -380,14 +374,13 @@ def _seeds(points: Points, others: list[str]) -> pd.DataFrame:
     return pd.concat([table[others], start, table[results].add_suffix("_to")], axis=1)
 
 
-def _change(start: pd.Series[float], end: pd.Series[float]) -> tuple[float, ...]:
+def _change(values: pd.DataFrame) -> tuple[float, ...]:
     """Return the columns of a row from ``pairs`` on."""
-    factors = (end / start).where((start > 0.0) & (end > 0.0)).dropna()
-    mean = math.exp(np.log(factors).mean()) if len(factors) else math.nan
+    start, end, logarithms = (values[name] for name in ("before", "after", "logarithm"))
+    factors = np.exp([logarithms.mean(), logarithms.min(), logarithms.max()])
     appears, vanishes = (start == 0.0) & (end > 0.0), (start > 0.0) & (end == 0.0)
-    ends = factors.min(), factors.max()
-    undefined = len(start) - len(factors)
-    return len(start), mean, *ends, undefined, int(appears.sum()), int(vanishes.sum())
+    counts = logarithms.isna().sum(), appears.sum(), vanishes.sum()
+    return len(values), *map(float, factors), *map(int, counts)
 
 
 def _divider(values: pd.DataFrame, others: list[str]) -> str:

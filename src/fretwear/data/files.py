@@ -127,14 +127,14 @@ def write_case(
 
 
 @contextmanager
-def reading(path: str | os.PathLike[str], remedy: str = RUN_AGAIN) -> Iterator[None]:
+def reading(path: str | os.PathLike[str]) -> Iterator[None]:
     """Turn errors of the netCDF library on a damaged file into a `DataFileError` with its name."""
     try:
         yield
     except (OSError, RuntimeError) as cause:
         if "NetCDF: " not in str(cause):
             raise
-        raise DataFileError(Path(path), f"it is damaged ({cause})", remedy) from cause
+        raise DataFileError(Path(path), f"it is damaged ({cause})", RUN_AGAIN) from cause
 
 
 def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
