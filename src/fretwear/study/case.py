@@ -431,9 +431,10 @@ class Case(Setup):
         }
 
     def _declared_coordinates(self) -> Iterator[tuple[str, Any, Parameter]]:
+        keys, following = case_keys(), derived(Case)
         for name, value in self._coordinates():
-            parameter = case_keys().coordinate(name).in_frame(self.frame)
-            if name in derived(Case):
+            parameter = keys.coordinate(name).in_frame(self.frame)
+            if name in following:
                 parameter = parameter.renamed(parameter.words.replace("radius", self.frame.extent))
             yield name, value, parameter
 
