@@ -345,7 +345,7 @@ def effects_table(points: Points) -> pd.DataFrame:
                 [*others, "before", "after"], axis=1
             )
             positive = values[["before", "after"]].where(lambda value: value > 0.0)
-            values["logarithm"] = np.log(positive["after"] / positive["before"])
+            values["factor"] = positive["after"] / positive["before"]
             divider = "" if name == SEED else _divider(values, [n for n in others if n != SEED])
             parts: list[tuple[dict[str, object], pd.DataFrame]] = [({}, values)] + [
                 ({divider: points.levels[divider][level]}, part)
@@ -376,16 +376,16 @@ def _seeds(points: Points, others: list[str]) -> pd.DataFrame:
 
 def _change(values: pd.DataFrame) -> tuple[float, ...]:
     """Return the columns of a row from ``pairs`` on."""
-    start, end, logarithms = (values[name] for name in ("before", "after", "logarithm"))
-    factors = np.exp([logarithms.mean(), logarithms.min(), logarithms.max()])
+    start, end, factor = (values[name] for name in ("before", "after", "factor"))
+    factors = np.exp(np.log(factor).mean()), factor.min(), factor.max()
     appears, vanishes = (start == 0.0) & (end > 0.0), (start > 0.0) & (end == 0.0)
-    counts = logarithms.isna().sum(), appears.sum(), vanishes.sum()
+    counts = factor.isna().sum(), appears.sum(), vanishes.sum()
     return len(values), *map(float, factors), *map(int, counts)
 
 
 def _divider(values: pd.DataFrame, others: list[str]) -> str:
     """Return the other parameter on which the factor depends most; empty if on none."""
-    logarithms = values["logarithm"].dropna()
+    logarithms = np.log(values["factor"].dropna())
     if not others or len(logarithms) < 2 or np.ptp(logarithms) < _MATTERS:
         return ""
     parts = {
