@@ -174,17 +174,6 @@ class Topography:
         return -float(fitted(terms, self.heights, self.measured)[3:].sum())
 
     @cached_property
-    def rms_height(self) -> float:
-        """Root mean square of the heights, m."""
-        return float(self.heights.std())
-
-    @cached_property
-    def rms_slope(self) -> float:
-        """Root mean square of the slope between neighbouring points."""
-        slopes = (np.diff(self.heights, axis=axis) / self.spacing[axis] for axis in (0, 1))
-        return math.sqrt(sum(np.square(slope).mean() for slope in slopes))
-
-    @cached_property
     def highest(self) -> float:
         """Largest magnitude of a height, m; 0 where it is not known."""
         return float(np.nan_to_num(np.abs(self.heights).max()))

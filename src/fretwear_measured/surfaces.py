@@ -287,14 +287,16 @@ class MeasuredRoughness(FromFile, Roughness):
         self,
     ) -> Annotated[float, Quantity("m", r"$h_\mathrm{rms}$", "rms height of the roughness", "um")]:
         """Root mean square of the heights."""
-        return self.surface().rms_height
+        return float(self.surface().heights.std())
 
     @property
     def rms_slope(
         self,
     ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
         """Root mean square of the slope between neighbouring points."""
-        return self.surface().rms_slope
+        data = self.surface()
+        slopes = (np.diff(data.heights, axis=n) / step for n, step in enumerate(data.spacing))
+        return math.sqrt(sum(np.square(slope).mean() for slope in slopes))
 
     def warnings(self, radius: float, curvature: float) -> Iterator[tuple[str, str]]:
         """Missing points within the contact, a curvature that counts twice, and spikes."""

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from fretwear_cracks.cracks import von_mises
 from fretwear_cracks.tractions import Tractions
 
 from ..studies import near
@@ -27,12 +28,6 @@ def hertz(radius=1.0, cells=CELLS, half=None):
 def sphere(shear, pressure=None):
     pressure = hertz() if pressure is None else pressure
     return Tractions(pressure[None], shear[None], (STEP, STEP), (True, True), NU)
-
-
-def von_mises(stress):
-    xx, yy, zz, xy, xz, yz = stress
-    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
-    return np.sqrt(0.5 * normal + 3 * (xy**2 + xz**2 + yz**2))
 
 
 def total(parts):

@@ -54,8 +54,6 @@ def test_cases_stand_side_by_side_with_letters(smooth, rough, check_texts):
     figure = figures.field_profiles({"smooth": smooth, "rough": rough}, "pressure")
     assert [axes.get_title(loc="left")[-6:].strip() for axes in figure.axes] == ["smooth", "rough"]
     check_texts(figure)
-    with pytest.raises(ValueError, match=r"cycles = \[7\]: this dataset has snapshots"):
-        figures.field_profiles({"smooth": smooth, "rough": rough}, "pressure", cycles=7)
 
 
 def test_a_singular_peak_is_cut_and_its_value_is_written(smooth):

@@ -14,7 +14,7 @@ from fretwear.units import QuantityError
 from fretwear_measured.files import SourceFile, read_line, read_topography
 from fretwear_measured.maps import without_marks
 
-from ..studies import near
+from ..studies import base, near, two_loads, write_study
 
 FILE = SourceFile("file", "surface", "disc.x3p")
 X, Y = np.arange(25) * 6.0, np.arange(19) * 5.0  # µm
@@ -339,23 +339,11 @@ def test_exports_of_interferometers_and_german_programs_are_read(tmp_path):
 
 def test_the_plan_says_what_the_files_hold(tmp_path):
     (tmp_path / "map.csv").write_text(columns(on_grid(lambda x, y: x != 60.0)))
-    study = (Path(__file__).parents[2] / "studies/measured.yaml").read_text()
-    keys = "roughness: {kind: measured, file: map.csv}"
-    lines = [keys if "roughness:" in line else line for line in study.splitlines()]
-    indent = next(line for line in study.splitlines() if "roughness:" in line)
-    lines = [
-        indent[: len(indent) - len(indent.lstrip())] + keys if line == keys else line
-        for line in lines
-    ]
-    (tmp_path / "study.yaml").write_text("\n".join(lines))
+    content = two_loads(base=base(roughness={"kind": "measured", "file": "map.csv"}, cycles=1))
+    write_study(tmp_path / "study.yaml", content)
     (text,) = Plan(load_study(tmp_path / "study.yaml")).files
     assert text.startswith("map.csv: 25 x 19 points over 150 um x 95 um, 19 missing; heights ")
     assert "columns x (um), y (um), z (nm)" in text
     top = np.unravel_index(HEIGHTS.argmax(), HEIGHTS.shape)
-    places = [
-        f"{name} = {at[n] + half:.4g} um"
-        for name, at, n, half in zip("xy", (X, Y), top, (3.0, 2.5), strict=True)
-    ]
-    assert (
-        f"to {1e3 * HEIGHTS.max():.4g} nm, highest at {', '.join(places)} from the corner" in text
-    )
+    place = f"x = {X[top[0]] + 3.0:.4g} um, y = {Y[top[1]] + 2.5:.4g} um"
+    assert f"to {1e3 * HEIGHTS.max():.4g} nm, highest at {place} from the corner" in text

@@ -115,19 +115,6 @@ def test_a_map_without_a_surface_gets_a_sentence(written, heights, unit, sentenc
         read_topography(FILE.read(written(heights, unit=unit), Path()))
 
 
-def test_a_text_of_three_columns_is_a_map(tmp_path):
-    file = tmp_path / "map.csv"
-    rows = "".join(f"{x},{y},{x * y}\n" for x in range(0, 50, 5) for y in range(8))
-    file.write_text(f"x (um),y (um),z (nm)\n{rows}")
-    found = read_topography(FILE.read(str(file), Path()), form="none")
-    assert found.sides == near((50e-6, 8e-6), rel=1e-9)
-    wanted = 1e-9 * np.outer(np.arange(0, 50, 5), np.arange(8))
-    np.testing.assert_allclose(found.heights, wanted - wanted.mean(), atol=1e-20)
-    file.write_text(f"x,y,z\n{rows}")
-    found = read_topography(FILE.read(str(file), Path()), form="none", unit="nm")
-    assert found.sides == near((50e-9, 8e-9), rel=1e-9)
-
-
 @pytest.mark.usefixtures("library")
 def test_arrays_and_tables_without_places_need_their_unit_and_sides(tmp_path):
     heights = np.arange(60.0).reshape(10, 6) ** 2

@@ -109,32 +109,15 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
             lines = [group for _, group in here.groupby(rest)] if rest else [here]
             shown = lines[:_MOST_LINES]
             # None breaks the line between two combinations.
-            thin = {
-                axis: [place for line in shown for place in (*rounded(line[axis]), None)]
+            thin = (
+                [place for line in shown for place in (*rounded(line[axis]), None)]
                 for axis in ("x", "y")
-            }
-            if len(lines) > 1:
-                traces.append(
-                    {
-                        **thin,
-                        "mode": "lines+markers",
-                        "line": {"color": color, "width": 1},
-                        "marker": {"size": 4},
-                        "opacity": 0.35,
-                        "showlegend": False,
-                    }
-                )
-            middle = here.groupby("x", as_index=False)["y"].agg(_mean)
-            traces.append(
-                {
-                    "x": rounded(middle["x"]),
-                    "y": rounded(middle["y"]),
-                    "name": label,
-                    "mode": "lines+markers",
-                    "line": {"color": color, "width": 3},
-                    "marker": {"size": 8},
-                }
             )
+            if len(lines) > 1:
+                traces.append(_line(*thin, color, 1, 4) | {"opacity": 0.35, "showlegend": False})
+            middle = here.groupby("x", as_index=False)["y"].agg(_mean)
+            thick = _line(rounded(middle["x"]), rounded(middle["y"]), color, 3, 8)
+            traces.append(thick | {"name": label})
     label = axis_label(parameter(name).words, ticks if isinstance(ticks, Unit) else NO_UNIT)
     of_x: dict[str, object] = {**_AXIS, "title": {**_AXIS["title"], "text": label}}
     if not isinstance(ticks, Unit):
@@ -162,6 +145,12 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
         "yaxis": of_y,
     }  # fmt: skip
     return {"data": [{"type": "scatter", **trace} for trace in traces], "layout": layout}
+
+
+def _line(x: object, y: object, color: str, width: int, dots: int) -> dict[str, object]:
+    """Return a line, `width` px wide, with dots of a size in px."""
+    style = {"line": {"color": color, "width": width}, "marker": {"size": dots}}
+    return {"x": x, "y": y, "mode": "lines+markers", **style}
 
 
 def _places(points: Points, name: str) -> tuple[Array, Unit | Sequence[str]]:
