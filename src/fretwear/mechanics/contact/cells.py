@@ -2,10 +2,9 @@
 
 A geometry is a set of cells: rectangles (`fretwear.mechanics.contact.grid`), concentric rings
 (`fretwear.mechanics.contact.rings`) or the strips of a line contact
-(`fretwear.mechanics.contact.strips`). It defines the positions of the cells, the area of each, and
-how the geometry is enlarged. Its half-space is the elastic bodies on these cells: it gives the
-displacement under a pressure; `fretwear.mechanics.contact.problem.solve_on` knows how to solve a
-normal contact of each kind.
+(`fretwear.mechanics.contact.strips`). It defines the positions and areas of the cells, and how the
+set grows. Its half-space holds the elastic bodies on these cells and gives their displacement under
+a pressure; `fretwear.mechanics.contact.problem.solve_on` solves a normal contact of each kind.
 
 Every field has two axes; on rings and strips the second one has a single cell. In a line contact
 loads are per length: areas are widths, m, and forces N/m.
@@ -24,14 +23,14 @@ from fretwear.arrays import Array, Element, Even, Mask, Places, Single
 from fretwear.mechanics.contact.film import Film
 
 Index = tuple[slice, slice]
-# Places of cells along an axis from the origin outward.
+# Cells along an axis, from the origin outward.
 Way = tuple[slice | int, slice | int]
 
-# Part of a cell that does not belong to a zone, for each of its sides on the edge of the zone.
+# Fraction of a cell outside a zone, for each of its sides on the edge of the zone.
 OPEN_PER_SIDE = (math.pi - 1.0 + math.log(2.0)) / 24.0
-# Standard deviations of edges, in cells: anywhere in a cell with equal probability, and located
-# within it. The outermost edge of Hertzian contacts of 30 to 34 cells has a root mean square error
-# of 0.08 on strips and grids and 0.11 on rings, wherever it cuts a cell.
+# Standard deviations of an edge, in cells: anywhere in a cell with equal probability, and located
+# within the cell. The outermost edge of Hertzian contacts of 30 to 34 cells has a root mean square
+# error of 0.08 on strips and grids and of 0.11 on rings.
 ANYWHERE, WITHIN_A_CELL = 1.0 / math.sqrt(12.0), 0.1
 
 
@@ -51,32 +50,32 @@ class Zone:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What tells where the edge of a zone cuts equal cells."""
+    """Fields that locate the edge of a zone within equal cells."""
 
-    pressure: Array  #: pressure in the zone, Pa, zero beside, shape of the geometry
-    gap: Array  #: gap that opens from the edge, m
-    worn: Array | None = None  #: how far wear has opened it, m; None if it has not beside the edge
-    by_pressure: bool = False  #: whether the pressure tells it, not the gap
+    pressure: Array  #: pressure in the zone, Pa, zero outside, shape of the geometry
+    gap: Array  #: gap that opens from the edge outward, m
+    worn: Array | None = None  #: part of that gap due to wear, m; None if nothing has worn there
+    by_pressure: bool = False  #: whether to locate the edge by the pressure instead of the gap
 
 
 @dataclass(frozen=True)
 class Region:
-    """The cells of a zone, and what is known of where its edges cut them."""
+    """The cells of a zone, and the fields that locate its edges within them."""
 
     cells: Mask
     radius: float  #: distance of its outermost edge on the x axis, m
-    #: Without it, edges lie anywhere in equal cells.
+    #: Without evidence, an edge lies anywhere in its cell.
     evidence: Evidence | None = None
-    #: The region of contact around a stick zone, where both may end at the same side of a cell.
+    #: The contact around a stick zone: both may end at the same side of a cell.
     contact: Region | None = None
 
 
 class Geometry(ABC):
     """The cells of a contact; fields on them have its ``shape``."""
 
-    #: Tolerance of the integration on these cells, over the requested one.
+    #: Tolerance of the integration on these cells relative to the requested one.
     of_tolerance: ClassVar[float] = 1.0
-    #: Whether displacements have no component along y, as in a line contact.
+    #: Whether the contact is a line contact, without displacements along y.
     plane_strain: ClassVar[bool] = False
 
     if TYPE_CHECKING:  # a field of some geometries
@@ -98,11 +97,11 @@ class Geometry(ABC):
     @property
     @abstractmethod
     def extent(self) -> tuple[float, float]:
-        """Half-widths along x and y of the region that is written, m."""
+        """Half-widths along x and y of the output region, m."""
 
     @property
     def even(self) -> Even:
-        """Whether one side of the cells along x and along y stands for both."""
+        """Whether fields are even along x and along y, so that the cells cover one side only."""
         return True, True
 
     @property
@@ -113,7 +112,7 @@ class Geometry(ABC):
     @property
     @abstractmethod
     def widths(self) -> Array | float:
-        """Widths of the cells, m, shape of a field or one number; the lesser of rectangles."""
+        """Widths of the cells, m: a field or one number; the shorter sides of rectangles."""
 
     @property
     def weights(self) -> Array | None:
@@ -130,10 +129,10 @@ class Geometry(ABC):
 
     @abstractmethod
     def covered(self, region: Region, plane: Geometry) -> Array:
-        """The fraction of each cell of a grid within a region; together its area by `zone`."""
+        """Fraction of each cell of a grid inside a region; they sum to its area by `zone`."""
 
     def largest_mean(self, field: Array, width: float) -> float:
-        """Largest mean of a field over a cell, or over an annulus of a width, m, on rings."""
+        """Largest mean of a field over one cell, or on rings over an annulus of a width, m."""
         return float(field.max())
 
     @abstractmethod
@@ -152,7 +151,7 @@ class Geometry(ABC):
 
     @abstractmethod
     def resized(self, field: NDArray[Element], target: Geometry) -> NDArray[Element]:
-        """A field of these cells on others; zero where there were none."""
+        """A field of these cells on other cells; zero where these cells had none."""
 
     def extended(self, target: Geometry) -> Geometry:
         """These cells, extended to the size of others; the others, if both are equal cells."""
@@ -161,7 +160,7 @@ class Geometry(ABC):
     # Output.
 
     def plane(self, spacing: tuple[float, float]) -> Geometry:
-        """The grid of a spacing, m, on which fields are written: as a rule, these cells."""
+        """The output grid of a spacing, m; these cells where they form a grid."""
         return self
 
     def written(
@@ -169,7 +168,7 @@ class Geometry(ABC):
         fields: dict[str, NDArray[Element]],
         plane: Geometry,
     ) -> dict[str, NDArray[Element]]:
-        """Fields as means over the cells of that grid."""
+        """Means of fields over the cells of that grid."""
         return fields
 
 
@@ -179,7 +178,7 @@ class HalfSpace(ABC):
     geometry: Geometry
     #: Largest displacement of a cell per pressure on itself, m/Pa.
     self_influence: float
-    #: Whether solutions tell how pressure depends on the approach, `Contact.stiffness`.
+    #: Whether solutions have a `Contact.stiffness`.
     gives_stiffness: ClassVar[bool] = False
 
     @abstractmethod
@@ -191,19 +190,19 @@ class HalfSpace(ABC):
         """`displacement` in single precision in some unit, m, and the unit."""
 
     def along_x(self, coupling: float, mean: float) -> HalfSpace:
-        """The bodies under tractions along x: displacements over ``mean`` κ of bodies of κ.
+        """The bodies of κ under tractions along x; displacements are divided by ``mean``.
 
-        These are as `alike` where the influence does not depend on the direction.
+        Same as `alike` if the influence does not depend on the direction.
         """
         return self.alike(mean)
 
     def alike(self, mean: float) -> HalfSpace:
-        """The bodies under tractions in the mean over all directions, over ``mean`` κ.
+        """The bodies under tractions, averaged over all directions; displacements over ``mean``.
 
-        These are the bodies themselves without a film.
+        Without a film these are the bodies themselves.
         """
         return self
 
     def cropped(self, cells: Mask) -> HalfSpace:
-        """The same bodies, on fewer cells if these hold the given ones and a margin."""
+        """The same bodies on a smaller geometry that holds some cells and a margin, if any."""
         return self

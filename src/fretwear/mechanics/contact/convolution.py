@@ -1,16 +1,16 @@
 """Free-space convolution of a field on a window with a kernel that is even along x and y.
 
-Zero padding makes a discrete convolution exact: free space, no periodic images. Its frequencies
-fall into two branches, neither of which needs the zeros: the even ones belong to the window
-repeated periodically, the odd ones to the window repeated with alternating sign. Half as long and
-without the zeros, both together take less time, and for the two branches of two axes the spectra of
-the kernel are fields of the window's size.
+Zero padding makes a discrete convolution exact: free space, no periodic images. The frequencies of
+the padded window fall into two branches per axis: the even ones belong to the window repeated
+periodically, the odd ones to the window repeated with alternating sign. Neither branch needs the
+zeros, so two transforms of the window replace a longer one of the padded window, in less time. The
+kernel has a spectrum of the window's size for each of the branches of two axes.
 
-Where the field is even along both axes, only the quarter with positive coordinates is kept, and
-the transforms are cosine transforms: DCT-II for the even branch, DCT-IV for the odd one. They are
-made by ducc0 where it is installed, which is up to twice as fast here, else by scipy.fft; both give
-the same to rounding. None is normalized: a transform and its inverse (III undoes II, IV undoes
-itself) together multiply by twice the number of cells on the positive side.
+If the field is even along both axes, only the quarter with positive coordinates is kept, and the
+transforms are cosine transforms: DCT-II for the even branch, DCT-IV for the odd one. ducc0 makes
+them where it is installed, up to twice as fast here as scipy.fft, which makes them otherwise; both
+agree to rounding. None is normalized: a transform and its inverse (III undoes II, IV undoes itself)
+together multiply by twice the number of cells on the positive side.
 
 Any other field is convolved as a whole, by real Fourier transforms of the padded window.
 """
@@ -26,15 +26,15 @@ import numpy as np
 from fretwear.arrays import Array, Even, Real, Single
 from fretwear.mechanics.contact.kernels import dct, filtered, whole_spectrum
 
-# Rows of so many bytes are transformed together, which a core's cache holds.
+# Rows of so many bytes are transformed together; they fit the cache of a core.
 _BLOCK_BYTES = 2**20
 
 
 class Convolution(ABC, Generic[Real]):
     """Convolution of fields on a window with one kernel, in double or in single precision.
 
-    The ``spectrum`` is the kernel's, at frequencies of the padded window from zero up along both
-    axes, divided by the factor of a convolution's transforms.
+    ``spectrum`` is that of the kernel, at the frequencies of the padded window from zero up along
+    both axes, divided by the factor that the transforms of a convolution leave.
     """
 
     def __init__(self, spectrum: Real, even: Even) -> None:
@@ -54,10 +54,10 @@ class Convolution(ABC, Generic[Real]):
         return self._filtered(field, self._factors)
 
     def inverse(self, added: float = 0.0) -> Callable[[Real], Real]:
-        """Approximate inverse of the convolution plus a multiple of the field, not negative.
+        """Approximate inverse of the convolution plus a multiple of the field.
 
-        It is a function of a field: symmetric, positive definite, a quarter of the cost of a
-        convolution, as the window is not padded. It may put the result into its argument.
+        It maps a field to a field, is symmetric and positive definite, and costs a quarter of a
+        convolution because the window is not padded. It may overwrite its argument.
         """
         # The even frequencies belong to the window without padding.
         spectrum = self._spectrum[::2, ::2]
@@ -67,7 +67,7 @@ class Convolution(ABC, Generic[Real]):
 
     @abstractmethod
     def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:
-        """A spectrum, of the padded window or of the window itself, as `_filtered` takes it."""
+        """A spectrum, of the padded window or of the window itself, in the form of `_filtered`."""
 
     @abstractmethod
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
@@ -94,7 +94,7 @@ class QuarterConvolution(Convolution[Real]):
     def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:
         branches = [(x, y) for x in (0, 1) for y in (0, 1)] if padded else [(0, 0)]
         step = 2 if padded else 1
-        # No field has the frequency above all others.
+        # The highest frequency does not occur in any field.
         return [np.ascontiguousarray(spectrum[x:-1:step, y:-1:step]) for x, y in branches]
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
@@ -114,7 +114,7 @@ class QuarterConvolution(Convolution[Real]):
 
     @staticmethod
     def _filter_rows(rows: Real, factors: Sequence[Real]) -> None:
-        """Filter rows, of which transforms along x have been made, in both branches along y."""
+        """Filter rows in both branches along y, after their transforms along x."""
         even, *odd = factors
         halfway = [dct(4, rows, (1,), buffer=np.empty_like(rows)) for _ in odd]
         dct(2, rows, (1,))

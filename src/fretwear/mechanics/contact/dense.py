@@ -1,9 +1,9 @@
 """Some hundreds of graded cells from the origin outward, with dense matrices.
 
-The cells between edges from 0 outward have a uniform pressure each, and displacements are averaged
-over a cell. The influence matrix is therefore symmetric, and the linear problem of the free cells
-is solved directly. Such cells are concentric rings (`fretwear.mechanics.contact.rings`) or the
-strips of a line contact (`fretwear.mechanics.contact.strips`).
+The pressure is uniform on each cell, and displacements are averaged over a cell, which makes the
+influence matrix symmetric. The linear problem of the free cells is solved directly. The cells are
+concentric rings (`fretwear.mechanics.contact.rings`) or the strips of a line contact
+(`fretwear.mechanics.contact.strips`).
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ from fretwear.mechanics.contact.problem import Contact, ContactProblem, solve_on
 if TYPE_CHECKING:
     from scipy.sparse import csr_matrix
 
-# Fraction of the cells that must hold the contact, and the factor by which they grow.
+# Fraction of the cells that must hold the contact, and the growth factor of the cells.
 _ROOM, _GROWTH = 0.88, 1.12
-# Cells are continued by others if these are so many times wider.
+# Cells are extended by others that are at least so many times wider.
 _WIDER = 1.5
-# Largest number of solutions, and factor on the tolerance of a contact: plastic flow of a step may
-# be less deep than that tolerance, and a factorization is more accurate.
+# Largest number of solutions, and factor on the tolerance of a contact: the plastic flow of a step
+# may be shallower than the tolerance, and a factorization is more accurate.
 _SOLUTIONS, _OF_TOLERANCE = 100, 1e-3
 # Least tolerance of projected gradients, which rounding allows.
 _LEAST_TOLERANCE = 1e-12
-# Solutions without a new minimum of cells that change sides, before these do so one by one.
+# Solutions without a new minimum of wrong cells, after which cells change sides one by one.
 _PATIENCE = 8
 
 Distance = TypeVar("Distance", float, Array)
@@ -64,7 +64,7 @@ class DenseCells(Geometry):
 
     @abstractmethod
     def _measure(self, distance: Distance) -> Distance:
-        """A function of the distance from the origin that is proportional to the area within."""
+        """A function proportional to the area within a distance from the origin."""
 
     @staticmethod
     @abstractmethod
@@ -74,10 +74,10 @@ class DenseCells(Geometry):
     @staticmethod
     @abstractmethod
     def within(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
-        """Fraction of cells within distances from the origin that cut them.
+        """Fraction of each cell that lies within each distance that cuts it.
 
-        The cells lie between edges ``x`` and ``y``, m, and ``cuts`` are the places of the cells
-        along both and of the distances.
+        The cells lie between edges ``x`` and ``y``, m; ``cuts`` index the cells along x, along y,
+        and the distances.
         """
 
     @abstractmethod
@@ -126,7 +126,7 @@ class DenseCells(Geometry):
     def zone(self, region: Region) -> Zone:
         """The zone of a region, which ends at its distance.
 
-        Other edges, as of ridges, lie somewhere in a cell, whose area is corrected as on a grid.
+        Other edges, as between ridges, lie anywhere in a cell; areas are corrected as on a grid.
         """
         edges, radius = np.asarray(self.edges), region.radius
         cells = region.cells & (edges[:-1, None] < radius)
@@ -143,7 +143,7 @@ class DenseCells(Geometry):
         return Zone(area, inner, outer, deviations)
 
     def covered(self, region: Region, plane: Geometry) -> Array:
-        """The fraction of each cell of a grid within a region, which ends at its distance."""
+        """Fraction of each cell of a grid inside a region, which ends at its radius."""
         edges, radius = np.asarray(self.edges), region.radius
         cells = region.cells[:, 0] & (edges[:-1] < radius)
         last = int(np.flatnonzero(cells).max(initial=-1))
@@ -163,7 +163,7 @@ class DenseCells(Geometry):
         return inner, 2 * steps + 1 - inner
 
     def _counted(self, cells: Mask) -> Array:
-        """Fraction of each cell that counts to a zone, up to its outermost edge; on one axis."""
+        """Fraction of each cell inside a zone, whose edge lies within its outermost cell."""
         counted = cells.astype(np.float64)
         np.subtract.at(counted, self._sides(cells)[0][:-1], OPEN_PER_SIDE)
         return counted
@@ -171,8 +171,8 @@ class DenseCells(Geometry):
     def resized(self, field: NDArray[Element], target: Geometry) -> NDArray[Element]:
         """A field on other cells, with the same integral and zero beyond the outermost of these.
 
-        Cells that both share from the innermost outward keep their values. Between other edges, the
-        integral from the origin is interpolated monotonically: positive fields remain positive.
+        Inner cells that both sets share keep their values. Between other edges, the integral from
+        the origin is interpolated monotonically: positive fields remain positive.
         """
         count = self.where(target)[0].stop
         if count:
@@ -203,7 +203,7 @@ class DenseCells(Geometry):
         return self.edges[int(np.flatnonzero(field).max(initial=-1)) + 1]
 
     def reaching(self, radius: float) -> Self:
-        """These cells, or ones that reach further if a contact of a radius, m, needs them."""
+        """These cells, or cells that reach further if a contact of a radius, m, needs them."""
         return self if radius <= _ROOM * self.extent[0] else self._out_to(_GROWTH * self.edges[-1])
 
     def extended(self, target: Geometry) -> Self:
@@ -214,7 +214,7 @@ class DenseCells(Geometry):
             return self
         if outer - inner <= _WIDER * width:
             return self._out_to(outer)
-        # The others are of a contact that has grown: far more of these would be needed.
+        # The other cells belong to a contact that has grown; these would become far too many.
         added = (edge for edge in _edges(target) if edge > last + 0.5 * width)
         return replace(self, edges=(*self.edges, *added))
 
@@ -225,7 +225,7 @@ class DenseCells(Geometry):
         return replace(self, edges=(*self.edges, *added))
 
     def plane(self, spacing: tuple[float, float]) -> Grid:
-        """The grid on which fields are written: a quarter of what the cells hold, or a row."""
+        """The output grid: a quarter of the square that the cells cover, or a row."""
         x, y = (
             max(1, math.floor(half / size)) for half, size in zip(self.extent, spacing, strict=True)
         )
@@ -234,10 +234,10 @@ class DenseCells(Geometry):
     def written(
         self, fields: dict[str, NDArray[Element]], plane: Geometry
     ) -> dict[str, NDArray[Element]]:
-        """Means of fields over the cells of a grid; of states, the one that covers most of a cell.
+        """Means of fields over the cells of a grid; for states, the one that covers most of a cell.
 
-        Across a cell a field falls evenly by the lesser of its slopes on either side: integrals are
-        kept, and no mean lies beyond the values around it.
+        Within a cell a field is linear with the smaller of its slopes to either side. So integrals
+        are kept, and each mean lies between the values around it.
         """
         assert isinstance(plane, Grid)
         steps = np.ceil(np.diff(self.edges) / (0.5 * min(plane.spacing))).astype(int)
@@ -273,7 +273,7 @@ class DenseCells(Geometry):
         ``parts`` are the inner edges of the parts, m, and ``values`` have shape (parts, fields).
         """
         jumps = np.diff(values, axis=0)
-        # Fields that are uniform in most parts need few edges.
+        # If fields are uniform in most parts, few edges suffice.
         steps = np.flatnonzero(jumps.any(axis=1))
         if 2 * steps.size > len(jumps):
             steps = np.arange(len(jumps))
@@ -288,8 +288,8 @@ def _beyond(
 ) -> tuple[Places, csr_matrix]:
     """How distances from the origin, m, cut the cells of a grid.
 
-    Of each cell, the number of distances that reach no farther than its nearest corner, and the
-    part of its area that lies beyond each other one, a sparse matrix (cells, distances).
+    For each cell, the result has the number of distances that do not pass its nearest corner, and a
+    sparse matrix (cells, distances) with the fraction of its area beyond each of the others.
     """
     x, y = (np.arange(n + 1.0) * d for n, d in zip(plane.shape, plane.spacing, strict=True))
     distance = kind.distance(x[:, None], y[None, :])
@@ -330,7 +330,7 @@ class DenseHalfSpace(HalfSpace):
         self._modulus, self._film = modulus, film
         # The largest displacement of a cell per pressure on itself, m/Pa.
         self.self_influence = float(self.influence.diagonal().max())
-        # Influence over that, times the weights of the cells; symmetric.
+        # Influence over `self_influence`, times the weights of the cells; symmetric.
         weights = 1.0 if geometry.weights is None else geometry.weights
         matrix = weights * self.influence / self.self_influence
         self.matrix = 0.5 * (matrix + matrix.T)
@@ -353,7 +353,7 @@ class DenseHalfSpace(HalfSpace):
     def _next_free(problem: ContactProblem, pressure: Array, separation: Array) -> int | None:
         """The cell that leaves its bound if none is free; None if there is no such cell.
 
-        The next cell to close takes up a missing load, the next to open an excess.
+        The cell next to closing takes up a missing load, the cell next to opening an excess.
         """
         carried = float(problem.weighted(pressure).sum())
         lacks = problem.load is not None and problem.total > carried
@@ -364,10 +364,10 @@ class DenseHalfSpace(HalfSpace):
     def responses(
         self, problem: ContactProblem, pressure: Array, gap: Array, free: Mask
     ) -> tuple[Array, Array]:
-        """Pressures on free cells that close a gap, m, and that a unit of their approach causes.
+        """Pressures on free cells that close a gap, m, and those that cause a unit approach.
 
-        They are solved for the residual of a pressure, so that the next solution corrects the
-        rounding of this one.
+        Solving for the residual of a pressure lets the next solution correct the rounding of this
+        one.
         """
         layer, unit = problem.layer, self.self_influence
         tangent, sinks = None, np.ones_like(pressure)
@@ -380,8 +380,8 @@ class DenseHalfSpace(HalfSpace):
     def _solved(self, displacements: Array, tangent: Single | None, free: Mask) -> Array:
         """Pressures on free cells that cause displacements in units of the self-influence.
 
-        The ``tangent`` is the compliance of a layer in that unit; fields have the shape of the
-        geometry, displacements and pressures one axis before. Pressures are zero elsewhere.
+        ``tangent`` is the compliance of a layer in that unit. Fields have the shape of the
+        geometry; displacements and pressures have one axis before. Pressures are zero elsewhere.
         """
         cells, result = np.flatnonzero(free), np.zeros_like(displacements)
         weights = np.ones_like(free, np.float64)
@@ -489,5 +489,5 @@ def solve_by_factors(
 
 @lru_cache(2)
 def _under_tractions(geometry: Geometry, modulus: float, film: Film) -> HalfSpace:
-    """Bodies under tractions, which are asked for again while cells stay."""
+    """Bodies under tractions, cached because they are needed again on the same cells."""
     return geometry.half_space(modulus, film)

@@ -1,18 +1,18 @@
 """An elastic film bonded to a half-space: what it adds to the displacements of the surface.
 
-A traction of the wavenumber k moves the surface by F(k) times itself. With m = G₁/G₂ of film and
-substrate, θ = e^(−2kh), λ = 1 − 4(1 − ν₁)/(1 + m(3 − 4ν₂)) and χ = (m − 1)/(m + 3 − 4ν₁), a
-pressure moves it normally, and a shear traction along k moves it along k, by
+A traction of the wavenumber k moves the surface by F(k) times the traction. With m = G₁/G₂ of film
+and substrate, θ = e^(−2kh), λ = 1 − 4(1 − ν₁)/(1 + m(3 − 4ν₂)) and χ = (m − 1)/(m + 3 − 4ν₁), the
+normal displacement by a pressure and the displacement along k by a shear traction along k have
 
     F = (1 − ν₁)/(G₁k) (1 ± 4khχθ − λχθ²)/(1 − (λ + χ + 4χk²h²)θ + λχθ²)
 
 with + and − (O'Sullivan and King 1988, J. Tribol. 110, 235-240; Nogi and Kato 1997, J. Tribol. 119,
 493-500). Across k it is (1 + ρθ)/(1 − ρθ)/(G₁k) with ρ = (G₁ − G₂)/(G₁ + G₂).
 
-F is that of the film as a half-space, c₁/k, at short waves and that of the substrate, c₂/k, at long
-ones. So F = c₁/k + (c₂ − c₁)e^(−kz)/k + D with z = 2h has a closed transform but for D, which
-vanishes at both ends: one quadrature tabulates its transform in units of h. Half-spaces without a
-film have c₂/k; this module computes the difference.
+At short waves F tends to c₁/k, the half-space of the film's material, and at long ones to c₂/k, the
+substrate. So F = c₁/k + (c₂ − c₁)e^(−kz)/k + D with z = 2h has a closed transform apart from D,
+which vanishes at both ends; one quadrature tabulates its transform in units of h. Half-spaces
+without a film have c₂/k, and this module computes the difference.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ class Film:
     thickness: float  #: h, m
     shear_moduli: tuple[float, float]  #: G of film and substrate, Pa
     poisson_ratios: tuple[float, float]  #: ν of film and substrate
-    #: The normal displacement under a pressure; or that along x under a traction along x, by its
-    #: direction or, alike, in the mean over all directions.
+    #: The normal displacement under a pressure; or that along x under a traction along x. The
+    #: latter depends on the direction or, if alike, is averaged over all directions.
     way: Literal["normal", "along", "alike"] = "normal"
     per: float = 1.0  #: divisor of all displacements
 
@@ -107,13 +107,13 @@ class Film:
         return float(long - short)
 
     def widening(self, modulus: float) -> float:
-        """Largest width of a line contact over that without the film; 1 if the film is stiffer.
+        """Largest width of a line contact over its width without the film; 1 for a stiffer film.
 
         ``modulus`` is E* of the bodies without the film, Pa.
         """
         return math.sqrt(max(1.0, 1.0 - 0.5 * modulus * self.rise("radial")))
 
-    # What the film adds to the influence of cells of a half-space as of the substrate.
+    # Displacements that the film adds to those of a half-space of the substrate.
 
     def on_cells(self, shape: tuple[int, int], spacing: tuple[float, float]) -> Array:
         """Displacement of cell (i, j) per unit pressure on cell (0, 0), m/Pa, shape (nx, ny).
@@ -148,7 +148,7 @@ class Film:
     def _near(
         self, transform: _Transform, shape: Sequence[int], spacing: tuple[float, float]
     ) -> Array:
-        """The same integrated over cells: by closed forms at their corners, and by quadrature."""
+        """The same integrated over cells: in closed form at their corners, and by quadrature."""
         corners = [(np.arange(n + 1) - 0.5) * d for n, d in zip(shape, spacing, strict=True)]
         x, y = np.asarray(corners[0][:, None], np.float64), np.asarray(corners[1], np.float64)
         depth, sign = _DEPTH * self.thickness, 1.0 if transform == "radial" else -1.0
@@ -178,7 +178,7 @@ class Film:
     def on_strips(self, reference: float) -> Callable[[Array], Array]:
         """A function of distances, m, whose second derivative is the displacement, 1/Pa.
 
-        It is that at a distance from a unit load per length, less that at the ``reference``, m.
+        The displacement by a unit load per length is zero at the distance ``reference``, m.
         """
         depth, rise = _DEPTH * self.thickness, self.rise("line") / math.pi
         spline = _table(self._plain, "line")

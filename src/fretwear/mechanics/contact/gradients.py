@@ -17,12 +17,12 @@ _LARGEST_STEPS = 20000
 
 
 class Exchange:
-    """Which of the cells on the wrong side change it, in a method of active sets.
+    """Choose which of the wrong cells change sides, in a method of active sets.
 
-    All of them do. After a number of solutions without a new minimum of such cells, only the
-    outermost one does, by which no set repeats: Júdice and Pires, "A block principal pivoting
-    algorithm for large-scale strictly monotone linear complementarity problems", Comput. Oper. Res.
-    21 (1994).
+    All of them do, until a number of solutions have brought no new minimum of their count. Then
+    only the outermost one does, so that no set repeats: Júdice and Pires, "A block principal
+    pivoting algorithm for large-scale strictly monotone linear complementarity problems", Comput.
+    Oper. Res. 21 (1994).
     """
 
     def __init__(self, patience: int) -> None:
@@ -30,7 +30,7 @@ class Exchange:
         self._fewest: float = np.inf
 
     def of(self, wrong: Places) -> Places:
-        """The cells that change sides, of those that are on the wrong one after a solution."""
+        """The cells that change sides, among those on the wrong side after a solution."""
         if wrong.size < self._fewest:
             self._fewest, self._left = wrong.size, self._patience
         elif self._left > 0:
@@ -43,14 +43,14 @@ class Exchange:
 def projected_gradients(problem: ContactProblem, start: Array, tolerance: float) -> Contact:
     """Solve a contact by accelerated projected gradients: slowly, but from any start.
 
-    The energy is convex, and its gradient, the separation less the approach, is projected on the
+    The energy is convex. Its gradient, the separation less the approach, is projected on the
     pressures within the bounds that carry the load: Beck and Teboulle, SIAM J. Imaging Sci. 2
-    (2009), restarted as by O'Donoghue and Candès, Found. Comput. Math. 15 (2015). Cells are
-    weighted by their own compliance, which grows where a step turns out to be too long, until the
-    next restart. Errors as of `solve_contact`.
+    (2009), restarted as by O'Donoghue and Candès, Found. Comput. Math. 15 (2015). Each cell is
+    weighted by its own compliance; after a step that is too long this is raised until the next
+    restart. Errors as of `solve_contact`.
 
-    A layer that follows the approach loses depth as the approach grows. So the approach of the
-    contact falls as that of the layer grows, and both agree in between.
+    A layer that follows the approach gets thinner as the approach grows. The approach of the
+    contact therefore falls as that of the layer grows, and a bracket finds where both agree.
     """
     layer, spent = problem.layer, 0
     if layer is None or layer.level is None:
@@ -116,14 +116,14 @@ def descend(
 ) -> Contact:
     """Solve a contact under a layer that does not follow the approach; see `projected_gradients`.
 
-    Several contacts may be solved as one, with an approach each: that of the result is their mean.
+    Several contacts may be solved as one, each with its own approach; the result has their mean.
     """
     layer, unit, limit = problem.layer, half_space.self_influence, problem.limit
     approach: Array | float = problem.approach or 0.0
     compliance, growth, momentum, error, convolutions = np.zeros_like(start), 1.0, 1.0, np.inf, 1
 
     def separated(pressure: Array, moved: Array) -> Array:
-        # A layer is defined within the bounds; beyond them it stays convex as its end.
+        # Beyond the bounds, where a layer is not defined, it continues as a convex function.
         result = moved + problem.shape
         if layer is not None:
             layer.add_displacement(np.clip(pressure, 0.0, limit), result)
@@ -154,7 +154,7 @@ def descend(
             convolutions += 1
             target_gap = separated(target, ahead_moved + moved_by)
             square, work = inner(metric * step, weighted), inner(moved_by, weighted)
-            # Twice the work bounds what is lost by the curvature of a layer.
+            # Twice the energy that the curvature of a layer adds is a bound.
             lost = inner(target_gap - separation - moved_by, weighted)
             work += 2.0 * max(lost - noise * float(np.abs(weighted).sum()), 0.0)
             if work <= square or convolutions >= _LARGEST_STEPS:

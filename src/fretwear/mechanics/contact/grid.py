@@ -26,15 +26,15 @@ from fretwear.mechanics.contact.film import Film
 from fretwear.mechanics.contact.kernels import fast_length, scaled
 from fretwear.mechanics.contact.solver import ConvolvedBodies
 
-# A window grows by a factor if there is pressure within this many cells of its border.
+# A window grows by a factor if any of so many cells at its border bear pressure.
 BORDER = 2
 _GROWTH = 1.12
-# Cells around the zone of a part of the half-space, and how many parts are kept.
+# Margin in cells around the zone of a part of the half-space, and number of parts kept.
 _MARGIN = 4
 _PARTS = 6
-# Fall of a square of the pressure from one cell to the next, over it, below which it is none.
+# Relative fall of the squared pressure from one cell to the next below which it counts as none.
 _FLAT, _LEAST = 1e-6, np.finfo(np.float64).tiny
-# A start is computed on cells twice as wide from so many cells along an axis on.
+# From so many cells along an axis on, a start is computed on cells twice as wide.
 _LEAST_COARSENED = 64
 # Number of influence coefficients computed at a time.
 _BLOCK = 2**15
@@ -42,13 +42,13 @@ _BLOCK = 2**15
 
 @dataclass(frozen=True)
 class Grid(Geometry):
-    """A rectangle of equal cells around the origin, or its part where coordinates are positive."""
+    """A rectangle of equal cells around the origin, or its part with positive coordinates."""
 
-    #: Number of cells along x and y; even numbers where the cells are on both sides, products of 2,
-    #: 3 and 5 for a half-space that is not even along both axes.
+    #: Number of cells along x and y: even if the cells lie on both sides; a product of 2, 3 and 5
+    #: for a half-space that is not even along both axes.
     shape: tuple[int, int]
     spacing: tuple[float, float]  #: cell size along x and y, m
-    #: Whether fields are even along x and along y: then cells lie on the positive side only.
+    #: Whether fields are even along x and along y; if so, only cells on the positive side are kept.
     even: Even = (True, True)
 
     def __post_init__(self) -> None:
@@ -57,7 +57,7 @@ class Grid(Geometry):
 
     @property
     def widths(self) -> float:
-        """The lesser width of a cell, m."""
+        """The shorter side of a cell, m."""
         return min(self.spacing)
 
     @property
@@ -106,10 +106,10 @@ class Grid(Geometry):
         return Zone(area, inner, outer, np.full(inner.size, deviation))
 
     def covered(self, region: Region, plane: Geometry) -> Array:
-        """The fraction of each cell in a region.
+        """Fraction of each cell inside a region.
 
-        A cell at the edge loses, for each of its sides there, the part that `zone` subtracts, or
-        the cell beyond gains it.
+        A cell at the edge loses the part that `zone` subtracts for each of its sides there; if that
+        part is negative, the cell outside gains it.
         """
         inner, outer, border = self._sides(region.cells)
         fractions = region.cells.astype(np.float64).ravel()
@@ -119,7 +119,7 @@ class Grid(Geometry):
         return fractions.reshape(region.cells.shape)
 
     def _open_of(self, region: Region, inner: Places, outer: Places) -> Array:
-        """`_open` of a region, which sticks nowhere beyond the contact around it."""
+        """`_open` of a region; a stick zone ends at the edge of its contact at the latest."""
         parts = self._open(inner, outer, region.evidence)
         if (contact := region.contact) is None:
             return parts
@@ -130,24 +130,24 @@ class Grid(Geometry):
     def _open(self, inner: Places, outer: Places, evidence: Evidence | None) -> Array:
         """Part of a cell beyond the edge of a zone, for each of its sides there, shape (sides,).
 
-        Rows of cells along x give the area of a zone by where its edge cuts them, and rows along y
-        give it again. Each counts by the square of its component of the normal of the edge, along
-        which the square of the pressure falls linearly. The gap grows with the power 3/2 of the
-        distance from the edge, and so in a valley from both ends: its power 2/3 is a parabola,
-        here through three cells outside. It grows linearly where wear has cut a corner into the
-        surface; the wear of the next cell inside, over the rise of the gap from the first to the
-        second cell outside, is the weight of this law.
+        The rows of cells along x give the area of a zone, and so do the rows along y; each is
+        weighted by the squared component of the edge's normal, along which the squared pressure
+        falls linearly. The gap grows with the power 3/2 of the distance from the edge, and in a
+        valley from both ends, so that its power 2/3 is a parabola, here through three cells
+        outside. Where wear has cut a corner into the surface, the gap grows linearly. The weight of
+        this law is the wear of the next cell inside over the rise of the gap from the first to the
+        second cell outside.
 
-        Wear beside a stick zone leaves no law of the gap: the square of its pressure falls linearly
-        to zero at the edge, here through the last two cells inside. An edge beyond the first cell
-        outside would be in it; wear and plastic flow there, over its gap, which make pressure fall
-        more steeply, are the weight of the mean instead.
+        Beside a stick zone wear leaves no law of the gap. There the squared pressure falls linearly
+        to zero at the edge, here through the last two cells inside. If that edge lies beyond the
+        first cell outside, the mean takes its place, with the weight of the wear and plastic flow
+        there over the gap: both make the pressure fall more steeply.
 
-        Without a law, or if the gap does not grow, a side takes off its mean. A cell counts
-        completely as soon as a part of it belongs to the zone, so a count of cells is too
-        large by a fraction of a cell for each side (Yastrebov, Anciaux and Molinari 2017, "On the
-        accurate computation of the true contact-area in mechanical contact of random rough
-        surfaces", Tribol. Int. 114).
+        Without a law, or if the gap does not grow, the part is its mean. A cell counts completely
+        as soon as part of it belongs to the zone, so counting cells overestimates the area by a
+        fraction of a cell for each side (Yastrebov, Anciaux and Molinari 2017, "On the accurate
+        computation of the true contact-area in mechanical contact of random rough surfaces",
+        Tribol. Int. 114).
         """
         parts = np.full(inner.size, OPEN_PER_SIDE)
         if evidence is None:
@@ -156,7 +156,7 @@ class Grid(Geometry):
         here, there = (np.stack(np.divmod(cells, columns)) for cells in (inner, outer))
 
         def shifted(field: Array, shift: int) -> Array:
-            # Values some cells from the one inside, zero beyond the window.
+            # Values at a number of cells from the one inside; zero outside the window.
             places = here + shift * (there - here)
             for position, is_even in zip(places, self.even, strict=True):
                 position[:] = np.where(is_even & (position < 0), -1 - position, position)
@@ -185,7 +185,7 @@ class Grid(Geometry):
             if evidence.worn is not None:
                 worn, rise = shifted(evidence.worn, -1)[grows], np.maximum(rise, 1e-3 * near)
                 edge += np.minimum(worn / rise, 1.0) * (near / rise - edge)
-        # The edge is so many cells away from the first one outside.
+        # Distance of the edge from the first cell outside, in cells.
         along_x, along_y = self._slopes(evidence.pressure, inner[grows])
         squares = np.where((here[0] != there[0])[grows], along_x, along_y), along_x + along_y
         share = np.divide(*squares, out=np.full(edge.size, 0.5), where=squares[1] > 0.0)
@@ -193,7 +193,7 @@ class Grid(Geometry):
         return parts
 
     def _slopes(self, pressure: Array, cells: Places) -> tuple[Array, Array]:
-        """Squared slopes of the squared pressure along x and y at some cells, shape (cells,)."""
+        """Squared gradient components of the squared pressure, along x and y, at some cells."""
         wide = np.pad((pressure / max(float(pressure.max()), 1.0)) ** 2, 1, mode="edge")
         row, column = np.divmod(cells, self.shape[1])
         here, slopes = wide[row + 1, column + 1], []
@@ -206,7 +206,7 @@ class Grid(Geometry):
     def _sides(self, cells: Mask) -> tuple[Places, ...]:
         """Sides at the edge of a zone: cells inside, those outside, and cells at the border.
 
-        These are places in the flattened field. Axes in which the zone is even are no edges.
+        They index the flattened field. Axes in which the zone is even have no edge.
         """
         columns = cells.shape[1]
         along_x = np.flatnonzero(cells[1:] != cells[:-1])
@@ -247,8 +247,8 @@ class Grid(Geometry):
     def axis_cells(self, axis: int) -> list[tuple[Way, Array]]:
         """Cells on or nearest to an axis: index, and distances from the origin, m.
 
-        One row if fields are even. Else there is one for the positive and one for the negative
-        side, and one on either side of the axis.
+        If fields are even there is one row. Otherwise there are two for either side of the origin,
+        one on each side of the axis.
         """
         first, across = self._first, 1 - axis
         distances = (self.x, self.y)[axis][first[axis] :]
@@ -290,7 +290,7 @@ class Grid(Geometry):
         return self.of_shape((max(shape[0], self.shape[0]), max(shape[1], self.shape[1])))
 
     def grown(self, sides: tuple[bool, bool]) -> Grid:
-        """The next larger window along x, along y or both; this one for none."""
+        """The next larger window along x, along y or both; this one if neither is asked for."""
         x, y = (
             half * (_GROWTH if side else 1.0) for half, side in zip(self.extent, sides, strict=True)
         )
@@ -327,12 +327,12 @@ def influence_coefficients(
 ) -> Array:
     """Normal displacement of cell (i, j) per unit pressure on cell (0, 0), m/Pa, shape (nx, ny).
 
-    With ``weights`` of the parts y²/r³ and x²/r³ of 1/r it is the displacement along x by a
-    traction along x (Cerruti): in proportion to 1 and 2κ − 1.
+    ``weights`` multiply the parts y²/r³ and x²/r³ of 1/r. With 1 and 2κ − 1, up to a factor, the
+    result is the displacement along x by a traction along x (Cerruti).
 
-    Love, "The stress produced in a semi-infinite solid by pressure on part of the boundary",
-    Phil. Trans. R. Soc. A 228 (1929), for a rectangle; the four corner terms of neighbouring
-    cells coincide, so the logarithms are taken once per corner.
+    Love, "The stress produced in a semi-infinite solid by pressure on part of the boundary", Phil.
+    Trans. R. Soc. A 228 (1929), for a rectangle. Neighbouring cells share corners, so the
+    logarithms are taken once per corner.
     """
     dx, dy = spacing
     corners = (np.arange(shape[0] + 1) - 0.5) * dx
@@ -380,7 +380,7 @@ class GridHalfSpace(ConvolvedBodies):
     def single(self) -> Convolution[Single]:
         """`displacement` in units of `self_influence`, and its inverse, in single precision.
 
-        Accurate to a few parts in 10⁷: enough for a step, not for the solution itself.
+        Accurate to a few parts in 10⁷: enough for a step, not for the final solution.
         """
         return self._convolution.in_single(self.self_influence)
 
@@ -401,7 +401,7 @@ class GridHalfSpace(ConvolvedBodies):
         return None if grid is None else GridHalfSpace(grid, self.modulus, weights, film)
 
     def along_x(self, coupling: float, mean: float) -> GridHalfSpace:
-        """The bodies under tractions along x: displacements over ``mean`` κ of bodies of κ."""
+        """The bodies under tractions along x; displacements are divided by ``mean``."""
         weights = 1.0 / mean, (2.0 * coupling - 1.0) / mean
         return self._on(self.geometry, weights, self.film and self.film.along_x(mean))
 
@@ -410,7 +410,7 @@ class GridHalfSpace(ConvolvedBodies):
         return self._on(self.geometry, self._weights, self.film and self.film.alike(mean))
 
     def _on(self, grid: Grid, weights: tuple[float, float], film: Film | None) -> GridHalfSpace:
-        """The bodies on a window with the same cells; these, if nothing differs."""
+        """The bodies on a window of the same cells; the same object if nothing differs."""
         if (grid.shape, weights, film) == (self.geometry.shape, self._weights, self.film):
             return self
         return _part(grid, self.modulus, weights, film)
@@ -420,5 +420,5 @@ class GridHalfSpace(ConvolvedBodies):
 def _part(
     grid: Grid, modulus: float, weights: tuple[float, float], film: Film | None
 ) -> GridHalfSpace:
-    """Bodies on a window that is asked for again while zones keep their size."""
+    """Bodies on a window, cached because zones often keep their size."""
     return GridHalfSpace(grid, modulus, weights, film)

@@ -88,9 +88,9 @@ def whole_spectrum(spectrum: Real, *, odd: bool = False) -> Real:
 def filtered(fields: Sequence[Real], factors: Sequence[Real]) -> list[Real]:
     """One field, or two, by Fourier transforms, factors and inverse transforms of a window.
 
-    The window is as large as the factors of `whole_spectrum` tell, and zero beyond the fields.
-    Those of two fields are of the first by the first, of the second by the second and, as a
-    skew-symmetric pair, of each by the other.
+    ``factors`` come from `whole_spectrum` and set the size of the window, which is zero beyond the
+    fields. Two fields have three factors: of the first by the first, of the second by the second
+    and, skew-symmetric, of each by the other.
     """
     rows, columns = fields[0].shape
     padded, length = len(factors[0]), factors[0].shape[1] - 2

@@ -23,11 +23,11 @@ from fretwear.arrays import Array, Mask, Real, Single
 from fretwear.mechanics.contact.cells import HalfSpace
 from fretwear.mechanics.contact.kernels import inner
 
-# A start that carries less than this part of the load is no guess of the pressure.
+# A start that carries less than this part of the load is discarded.
 _NEGLIGIBLE = 1e-6
-# Free cells that carry less than this part of the others cannot be scaled to carry the rest.
+# Free cells that carry less than this part of the others cannot be scaled up to carry the rest.
 _LEAST_MOVABLE = 1e-12
-# Largest error of the sum of tractions that carry a force, and steps to the shift that restores it.
+# Largest relative error of a force as the sum of tractions, and largest number of shifts to it.
 BALANCED, _LARGEST_SHIFTS = 1e-13, 200
 
 
@@ -45,10 +45,10 @@ class ContactError(RuntimeError):
 def find_shift(
     missing: Callable[[float], tuple[float, float]], guess: float, enough: float
 ) -> float:
-    """Find where what is missing, with its fall per step, vanishes; the last call is there.
+    """Find the zero of a falling function that returns its value and its fall per step.
 
-    Newton's method within a bracket; where it does not halve its steps, bisection. What is missing
-    falls continuously, so that in the end the bracket closes up to rounding.
+    Newton's method within a bracket, replaced by bisection where it does not halve its steps. The
+    last call is at the zero. The function is continuous, so the bracket closes up to rounding.
     """
     low, high, last = -np.inf, np.inf, 1.0
     for _ in range(_LARGEST_SHIFTS):
@@ -76,7 +76,7 @@ def projected(
     weights: Array | None = None,
 ) -> tuple[Array, float]:
     """The nearest pressure of a weighted sum within the bounds; see `ContactProblem.projected`."""
-    # The approach is found in units of the largest change.
+    # The approach is found in units of the largest pressure change.
     unit = float(np.max(compliance)) * max(float(np.abs(pressure).max()), total / pressure.size)
     moves, result = unit / np.asarray(compliance), pressure
     sinks = moves if weights is None else weights * moves
@@ -93,12 +93,12 @@ def projected(
 
 
 class Layer(Protocol):
-    """Local compliance between the bodies: a displacement that depends on its cell's pressure.
+    """Local compliance between the bodies: a displacement that depends on the pressure of its cell.
 
     It grows with pressure, so the contact problem stays convex.
     """
 
-    # Approach of the bodies at which the layer holds, m; None if it does not depend on it.
+    # Approach at which the layer holds, m; None if it does not depend on it.
     level: float | None = None
 
     def at(self, approach: float) -> Layer:
@@ -153,10 +153,10 @@ class ContactProblem:
         return result
 
     def first_guess(self) -> Array:
-        """A pressure that grows with depth, shape of the geometry.
+        """A first pressure that grows with the depth of the surface, shape of the geometry.
 
-        Under a load it acts on the lowest fifth of the surface, in an arbitrary scale; at a given
-        approach on everything below it, scaled to minimal energy.
+        Under a load it acts on the lowest fifth of the surface, in an arbitrary scale. At a given
+        approach it acts on everything below that approach, scaled to minimal energy.
         """
         shape, approach, half_space = self.shape, self.approach, self.half_space
         level = float(np.quantile(shape, 0.2)) if approach is None else approach
@@ -175,9 +175,9 @@ class ContactProblem:
         return values if weights is None else np.multiply(weights, values, dtype=values.dtype)
 
     def clip_to_load(self, pressure: Array) -> Array:
-        """The pressure clipped to the bounds, its free cells scaled so that it carries the load.
+        """The pressure clipped to the bounds, with its free cells scaled to carry the load.
 
-        Scaling leaves open cells open and saturated cells saturated; a shift would free them. Each
+        Scaling keeps open cells open and saturated cells saturated; a shift would free them. Each
         pass saturates one more cell or is the last, so the loop ends.
         """
         limit, result = self.limit, np.clip(pressure, 0.0, self.limit)
@@ -189,7 +189,7 @@ class ContactProblem:
                 # Saturated cells must yield too.
                 return np.asarray(result * (self.total / (held + movable)))
             if movable <= _LEAST_MOVABLE * held:
-                # All loaded cells are at the limit and still do not carry the load.
+                # All loaded cells are at the limit and carry less than the load.
                 return self.projected(result)[0]
             factor = (self.total - held) / movable
             result = np.clip(np.where(full, result, factor * result), 0.0, limit)
@@ -202,8 +202,8 @@ class ContactProblem:
     ) -> tuple[Array, Array | float]:
         """The nearest pressure within the bounds that carries the load, and the approach it takes.
 
-        It is the minimum of Σ c (p − p₀)² over the cells of a compliance c, m/Pa: p₀ + δ/c, clipped
-        to the bounds. Without a load the approach δ, m, is zero.
+        It minimises Σ c (p − p₀)² for the compliances c of the cells, m/Pa: p₀ + δ/c, clipped to
+        the bounds. Without a given load the approach δ, m, is zero.
         """
         if self.load is None:
             return np.clip(pressure, 0.0, self.limit), 0.0
@@ -216,12 +216,12 @@ class Contact:
     """The solution of a `ContactProblem`; fields have the shape of the geometry."""
 
     pressure: Array  #: Pa
-    #: m; where the pressure is at its limit, negative: the bodies yield there by its magnitude.
+    #: g, m; at the pressure limit, negative: the depth by which the bodies yield there.
     gap: Array
     approach: float  #: δ, m
     saturated: Mask  #: cells at the pressure limit
-    #: Largest violation of the conditions on the gap, relative to the largest displacement; if
-    #: verified, from a separate convolution.
+    #: Largest violation of the conditions on the gap over the largest displacement; if verified,
+    #: from a convolution of its own.
     residual: float
     convolutions: int  #: half-space convolutions spent
     stiffness: Array | None = None  #: pressure per approach, Pa/m, where it is known
@@ -242,29 +242,29 @@ class Contact:
 class Accuracy:
     """Tolerances of the contacts of a run, relative to the largest displacement."""
 
-    contact: float = 1e-6  #: contact of a state at a requested cycle
-    contact_between: float = 1e-6  #: contact of a state between requested cycles
+    contact: float = 1e-6  #: contact at a requested cycle
+    contact_between: float = 1e-6  #: contact between requested cycles
     #: Contact of a step's first stage. Its pressure enters the exponent, where a few parts in 10⁵
     #: are far below the error of the step.
     first_stage: float = 3e-5
     first_reduced: float = 1e-8  #: first reduced contact, the only one of an elastic run
     reduced: float = 1e-7  #: reduced contact at a requested cycle
-    #: Reduced contact between requested cycles: its error changes wear by less than a part in 10⁷.
+    #: Reduced contact between requested cycles; its error changes wear by less than a part in 10⁷.
     reduced_between: float = 1e-6
-    #: Wear in the iteration between plastic flow and pressure of a stage, relative to the tolerance
-    #: of the step.
+    #: Tolerance of the wear when plastic flow and pressure of a stage are iterated, over that of
+    #: the step.
     sweep: float = 0.005
-    #: The same if the contact accounts for slip that follows its approach: the remaining error is
-    #: of second order and of either sign.
+    #: The same if the slip follows the approach of the contact: the remaining error is of second
+    #: order and of either sign.
     following: float = 0.02
-    #: Load beyond the limits that shear lowers, relative to the load and to that tolerance.
+    #: Load beyond the limits that shear lowers, over the load and over that tolerance.
     limit: float = 0.05
 
     def within(self, error: float) -> Accuracy:
-        """Contacts between requested cycles as accurate as a relative error of results calls for.
+        """Tolerances of contacts between requested cycles for a relative error of the results.
 
-        They change wear, dissipation and areas by a twentieth of that error at most; beyond 2 %
-        they are as accurate as for 2 %.
+        These contacts change wear, dissipation and areas by a twentieth of that error at most.
+        Errors above 2 % are treated as 2 %.
         """
         error = min(error, 0.02)
         loosened = {
@@ -284,9 +284,9 @@ def solve_on(
     *,
     verified: bool,
 ) -> Contact:
-    """Solve a normal contact of a kind of bodies; see `solve_contact`.
+    """Solve a normal contact by the method of its bodies; see `solve_contact`.
 
-    ``start`` is None if no guess of the pressure exists.
+    ``start`` is a first guess of the pressure, or None.
     """
     raise NotImplementedError(f"no method solves contacts of a {type(half_space).__name__}")
 

@@ -1,8 +1,8 @@
 """Concentric rings: a contact with rotational symmetry, a few hundred cells, dense matrices.
 
-The pressure is uniform on each ring, and displacements are their means over a ring. So the
-influence of rings on each other is symmetric, and a mean of the paraboloid is its value at the
-root mean square of the ring's radii, where fields are given.
+The pressure is uniform on each ring, and displacements are averaged over a ring. So the influence
+matrix is symmetric, and the mean of a paraboloid is its value at the root mean square radius of the
+ring, where fields are given.
 
 References
 ----------
@@ -26,8 +26,8 @@ from fretwear.mechanics.contact.film import Film
 
 # Ratio of two radii below which a series gives the influence of discs on each other.
 _SMALL = 1e-3
-# Width of the narrower of two rings over the radius of the larger one below which differences of
-# discs lose more digits than its width changes, if that is less than such a part of its own radius.
+# Width of the narrower of two rings, over the radius of the larger ring and over its own radius,
+# below which differences of discs lose more digits than a change of its width does.
 _NARROW, _OF_RADIUS = 1e-5, 1e-2
 
 
@@ -70,7 +70,7 @@ class Rings(DenseCells):
 
     @property
     def extent(self) -> tuple[float, float]:
-        """Half-widths of the square within the outermost ring, m."""
+        """Half-widths of the square inside the outermost ring, m."""
         return self.edges[-1] / math.sqrt(2.0), self.edges[-1] / math.sqrt(2.0)
 
     def influence(self, modulus: float, film: Film | None = None) -> Array:
@@ -104,10 +104,10 @@ def _below_circle(side: Array, radius: Array) -> Array:
 def mean_influence(edges: Array) -> Array:
     """Displacement integrated over each ring under a unit pressure on each, times E*, m³.
 
-    Over a disc of radius s beside or within one of radius t under a unit pressure, the larger of
-    both being b and k the ratio of the smaller to it, the displacement integrates to
-    (8/3) b³ [(1 + k²) E(k) − (1 − k²) K(k)] / E*; rings are differences of discs. ``edges`` are the
-    radii of the edges of n rings from 0 outward, m; the result, shape (n, n), is symmetric.
+    Take discs of radii s and t, b the larger of the two and k the ratio of the smaller to it. Under
+    a unit pressure on one, the displacement integrated over the other is (8/3) b³ [(1 + k²) E(k) −
+    (1 − k²) K(k)] / E*; rings are differences of discs. ``edges`` are the radii of the edges of n
+    rings from 0 outward, m; the result, shape (n, n), is symmetric.
     """
     discs = np.diag((16.0 / 3.0) * edges**3)
     larger, smaller = np.tril_indices(edges.size, -1)
@@ -116,7 +116,7 @@ def mean_influence(edges: Array) -> Array:
     second, first = elliptic_integrals(np.sqrt(complement))
     square = ratio**2
     bracket = (1.0 + square) * second - complement * first
-    # For a small disc these cancel.
+    # For a small disc the two terms cancel.
     series = 0.75 * math.pi * square * (1.0 - 0.125 * square)
     bracket = np.where(ratio < _SMALL, series, bracket)
     discs[larger, smaller] = discs[smaller, larger] = (8.0 / 3.0) * edges[larger] ** 3 * bracket
@@ -133,11 +133,11 @@ def mean_influence(edges: Array) -> Array:
 def _mean_under_discs(edges: Array) -> Array:
     """Mean displacement over narrow rings under a unit pressure on each disc, times E*, m.
 
-    Differences of two discs of nearly the same radius lose half the digits on either side. On the
-    middle radius r of a ring, a disc of radius t leads to (4/π) t E(k) within and
-    (4/π) r [E(k) − (1 − k²) K(k)] beyond its edge, with k as above (Johnson, eq. 3.29). Evidence
-    the edge that is singular as −(2/π) x ln|x| of the distance x = t − r, whose mean over the ring
-    is known; the rest has nearly the mean of the middle. Shape (n, n + 1).
+    Differences of two discs of nearly the same radius lose half the digits. At the middle radius r
+    of a ring, a disc of radius t causes (4/π) t E(k) inside its edge and (4/π) r [E(k) − (1 − k²)
+    K(k)] outside, with k as above (Johnson, eq. 3.29). Near the edge this is singular as −(2/π) x
+    ln|x| of the distance x = t − r, whose mean over the ring is known; the mean of the rest is
+    nearly its value in the middle. Shape (n, n + 1).
     """
     middles, discs = 0.5 * (edges[1:] + edges[:-1])[:, None], edges[None, 1:]
     larger, distance = np.maximum(middles, discs), discs - middles
@@ -158,8 +158,8 @@ def _mean_under_discs(edges: Array) -> Array:
 def elliptic_integrals(complement: Array) -> tuple[Array, Array]:
     """E and K by their complementary moduli k', not zero, by arithmetic-geometric means.
 
-    scipy.special has both, but takes longer to import than a short run. Means converge
-    quadratically, from any start.
+    scipy.special has both, but takes longer to import than a short run. The means converge
+    quadratically from any start.
     """
     mean, geometric = np.ones(complement.shape), complement
     total, power = 0.5 * (1.0 - complement) * (1.0 + complement), 0.5

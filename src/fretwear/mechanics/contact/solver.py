@@ -2,21 +2,21 @@
 
 Cells are free (0 < p < p_lim), open (p = 0) or saturated (p = p_lim). The active-set method solves
 the linear problem of the free cells approximately, projects the result onto the bounds, searches
-the segment to it for the least energy, and moves cells between the sets. Along a segment K p is
-linear, so the search costs no convolution. Energy falls at every step, hence no set of cells
-repeats. If it stalls, the slower projected gradient takes over. For a few hundred cells a
+the segment to it for the least energy, and moves cells between the sets. K p is linear along a
+segment, so the search costs no convolution. The energy falls at every step, hence no set of cells
+repeats. If the method stalls, the slower projected gradient takes over. For a few hundred cells a
 factorization solves the linear problem.
 
-The steps are computed in single precision, all else in double: the next step corrects the error of
-the last one. The result has the accuracy asked for, in two thirds of the time; see Higham,
+Steps are computed in single precision, everything else in double: each step corrects the error of
+the one before. The result has the requested accuracy in two thirds of the time; see Higham,
 "Accuracy and Stability of Numerical Algorithms", SIAM (2002), on iterative refinement.
 
-The preconditioner inverts K + diag c nearly. Where c is uniform, the spectrum of the half-space
-does that. The layer of a wear step is not uniform: nothing wears in the stick zone, while in the
-slip zone the layer is softer than the half-space under waves of a cell's length and stiffer under
-waves of the contact's. So two uniform layers are inverted, none and the mean one, and combined in
-each cell with weights that depend on its own c: an additive Schwarz method whose parts overlap
-(Smith, Bjørstad and Gropp, "Domain Decomposition", Cambridge University Press, 1996).
+The preconditioner approximates the inverse of K + diag c. If c is uniform, the spectrum of the
+half-space suffices. The layer of a wear step is not uniform: nothing wears in the stick zone, while
+in the slip zone the layer is softer than the half-space under waves of a cell's length and stiffer
+under waves of the contact's. So the half-space is inverted without a layer and with the mean one,
+and each cell weights both by its own c: an additive Schwarz method whose parts overlap (Smith,
+Bjørstad and Gropp, "Domain Decomposition", Cambridge University Press, 1996).
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ from fretwear.mechanics.contact.gradients import projected_gradients
 from fretwear.mechanics.contact.kernels import in_single, inner
 from fretwear.mechanics.contact.problem import Contact, ContactProblem, solve_on
 
-# Cells, their weights, and an inverse of the bodies with a uniform layer there.
+# Cells, their weights, and the inverse of the bodies with a uniform layer on these cells.
 Inverse = tuple[Index, Single, Callable[[Single], Single]]
 
-# Tolerance of the elastic state from which yielding starts, and of the contact on wider cells.
+# Tolerances of the elastic state from which yielding starts, and of the contact on wider cells.
 _COARSE, _OF_WIDER = 1e-2, 1e-3
 _ACTIVE_SET_STEPS = 60
 # Factors by which a step reduces the residual of the free cells: `_FIRST` for the first step if the
-# residual at the start is below `_NEAR`, `_WHILE_CHANGING` while more than a part `_FEW` of cells
-# change sides, `_AT_LAST` with nearly the final sets; but not below a part of the tolerance.
+# residual at the start is below `_NEAR`, `_WHILE_CHANGING` while more than a fraction `_FEW` of the
+# cells change sides, `_AT_LAST` with nearly the final sets; never below a part of the tolerance.
 _NEAR = 0.02
 _FIRST = 0.05
 _WHILE_CHANGING = 0.5
@@ -52,20 +52,20 @@ _FEW = 0.02
 _ENOUGH = 0.07
 # Least descent of a clipped step; it is 1 if gap and step are opposite in every cell.
 _STEEP = 0.05
-# If the worst cell does not improve, the mean of the others has hidden it: solve more accurately.
+# CG stops by the mean residual, which can hide one bad cell: if the maximum stalls, tighten CG.
 _STALLED = 0.95
 _MORE_CARE = 0.1
-# Steps are made in single precision: the error of a displacement relative to its largest value, and
-# the part of the residual that it may reach before the displacement is computed anew.
+# Single precision of the steps: error of a displacement over its largest value, and the part of the
+# residual that it may reach before the displacement is computed anew.
 _SINGLE = 5e-7
 _TRUSTED = 0.1
-# Part of a step to which the minimum of the energy on it is found, if slopes do not suffice.
+# Fraction of a step within which the energy minimum on it is found if slopes do not suffice.
 _CLOSED = 1e-12
-# Cells change sides where the gap is beyond this part of the tolerance.
+# Cells change sides if their gap exceeds this part of the tolerance.
 _MARGIN = 0.3
 _LARGEST_ITERATIONS = 40
-# Below the first mean tangent a single layer suffices, stiffer by the second for its scaling. Above
-# it, shares grow with the tangent around the third.
+# Up to the first mean tangent a single layer, stiffer by the second number, suffices. Above it,
+# shares grow with the tangent around the third number.
 _SOFT = 0.3
 _STIFFENING = 3.0
 _HALF_SHARE = 2.0
@@ -86,7 +86,7 @@ class ConvolvedBodies(HalfSpace):
     @property
     @abstractmethod
     def coarser(self) -> ConvolvedBodies | None:
-        """The bodies on cells twice as wide, if these are many."""
+        """The bodies on cells twice as wide; None if the cells are few."""
 
 
 @solve_on.register
@@ -129,8 +129,8 @@ def _first_start(bodies: ConvolvedBodies, problem: ContactProblem) -> tuple[Arra
     start = problem.first_guess()
     if not np.isfinite(limit).all():
         return start, 0
-    # Both bounds at once from a distant start lead to wrong sets, so yielding starts from the
-    # elastic state, which need not be accurate: contacts are solved from any start.
+    # From a distant start both bounds at once lead to wrong sets. So yielding starts from the
+    # elastic state, which need not be accurate.
     elastic = ActiveSet(replace(problem, limit=inf), bodies, start)
     elastic.solve(_COARSE, verified=False)
     return elastic.pressure, elastic.convolutions
@@ -234,8 +234,8 @@ class ActiveSet:
             self._cells = FreeCells(
                 bodies.single, self._inverses, self.free, problem.approach is None
             )
-        # While many cells still change sides it does not pay to solve for them exactly; the start
-        # of the caller has most of them right.
+        # While many cells still change sides an exact solution does not pay; the start of the
+        # caller has most of them right.
         if self.convolutions > 1:
             few = changed <= _FEW * np.count_nonzero(self.free)
             reduction = _AT_LAST if few else _WHILE_CHANGING
@@ -273,14 +273,14 @@ class ActiveSet:
     def _search(self, step: Array, first: float, moved: Single, unit: float, offset: float) -> None:
         """Move along a feasible step, Pa: to its end, or to the energy minimum before it.
 
-        The energy has the slope ``first`` at its start. Its displacement is ``moved`` in some unit,
-        m, plus an offset, m.
+        ``first`` is the slope of the energy at the start of the step. The displacement of the step
+        is ``moved`` in some unit, m, plus an offset, m.
         """
         problem, reached = self.problem, 0.0
         limit, shape, layer = problem.limit, problem.shape, problem.layer
         weighted = problem.weighted(step)
         # A step keeps a load only up to the last digits of the highest pressure, which may exceed
-        # the lowest by ten orders of magnitude; so the approach counts whether it is given or not.
+        # the lowest by ten orders of magnitude; so the approach counts under a load, too.
         uniform = self.approach * float(weighted.sum())
         opening = np.multiply(moved, unit, dtype=float)
         opening += offset
@@ -322,7 +322,7 @@ def preconditioner(
     """Approximate inverses of K + diag c: on the whole window, and on inner cells that differ much.
 
     The tangent c is in units of the influence of a cell on itself, None without a layer. Its values
-    on the free cells, which are known approximately, determine the uniform layers.
+    on the cells that are probably free determine the uniform layers.
     """
     invert, grid, free_cells = (
         half_space.single.inverse,
@@ -334,12 +334,12 @@ def preconditioner(
         return [(everywhere, np.ones_like(free_cells), invert())]
     mean = inner(tangent, free_cells) / count
     if mean < _SOFT:
-        # Stiffer than the half-space nearly everywhere: one layer, scaled to each cell's own.
+        # Stiffer than the half-space nearly everywhere: one layer, scaled to each cell.
         uniform = count / inner(1.0 / (tangent + 1.0), free_cells) - 1.0
         share = np.sqrt(np.float32(_STIFFENING + uniform) / (tangent + np.float32(_STIFFENING)))
         return [(everywhere, share, invert(max(uniform, 0.0)))]
-    # The square of the layer's share grows with the tangent from zero to one at the mean and falls
-    # again above; the square of the other share complements it to one, and is zero above.
+    # The squared share of the layer grows with the tangent from zero to one at the mean, and falls
+    # again above. The share without a layer complements it to one, and is zero above the mean.
     scale, softest = np.float32((mean + _HALF_SHARE) / mean), np.float32(mean) + np.float32(1.0)
     of_layer = np.minimum(tangent / (tangent + np.float32(_HALF_SHARE)) * scale, 1.0)
     hard = np.sqrt(1.0 - of_layer)
@@ -357,8 +357,8 @@ class FreeCells:
 
         (K + diag c) s = r − α   on the free cells,
 
-    where s has no load in sum, or α = 0 at a given approach. M is the `preconditioner`; M 1, the
-    ``uniform`` pressure, nearly lets the free cells sink alike.
+    where s carries no load in sum, or α = 0 at a given approach. M is the `preconditioner`; under M
+    1, the ``uniform`` pressure, the free cells sink nearly alike.
     """
 
     def __init__(
@@ -443,7 +443,7 @@ class FreeCells:
             pressure += np.multiply(direction, length, out=scratch)
             left -= np.multiply(force, length, out=force)
             uniform = inner(left, self.uniform)
-        # The remainder on other cells is the displacement of the surface there.
+        # On other cells the remainder is the displacement of the surface.
         np.subtract(start, left, out=left)
         left -= np.float32(alpha)
         if tangent is not None:

@@ -1,10 +1,9 @@
 """The strips of a line contact in plane strain.
 
 A cylinder along y touches in a strip. Fields depend on x alone, loads are per length, and widths
-take the place of the areas of a contact in three dimensions. The surface of a half-plane under a
-load per length sinks without bound, so displacements are relative to the surface at a distance from
-the middle, `fretwear.theory.LineContact.reference`: K. L. Johnson (1985), Contact Mechanics,
-Cambridge
+replace the areas of a contact in three dimensions. The surface of a half-plane under a load per
+length sinks without bound, so displacements are relative to the surface at a distance from the
+middle, `fretwear.theory.LineContact.reference`: K. L. Johnson (1985), Contact Mechanics, Cambridge
 University Press, section 2.4.
 """
 
@@ -64,7 +63,7 @@ class Strips(DenseCells):
         return np.asarray(np.sqrt((left * left + left * right + right * right) / 3.0))
 
     def merged(self, widest: float) -> Strips:
-        """Every strip joined with the next, if both together are at most so wide, m."""
+        """Pairs of neighbouring strips joined where both together are at most so wide, m."""
         edges, kept = self.edges, [0.0]
         for edge, following in pairwise((*edges[1:], math.inf)):
             if following - kept[-1] > widest:
@@ -144,8 +143,8 @@ def influence_of_cell(
 ) -> Array:
     """Mean displacement of equal cells under a unit pressure on one, m/Pa, by their distance.
 
-    It has no images, for a contact that is not even. Parameters are as for `Strips`, with ``count``
-    distances.
+    It has no images, as for a contact that is not even. Parameters are those of `Strips`, with
+    ``count`` distances.
     """
     sunk = _sinking(reference, modulus, film)
     return np.asarray(np.diff(sunk(np.arange(-1.0, count + 1.0) * spacing), 2) / spacing)

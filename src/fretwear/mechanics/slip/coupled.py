@@ -1,23 +1,23 @@
 """Coulomb friction as a vector: the shear tractions of a contact in partial slip.
 
-Under the tangential force Q along x, or the displacement U of distant points, the traction q is the
-minimum of ½ ∬ q·Kq over |q| ≤ µp with ∬ q = (Q, 0), a convex program. Its multiplier is the
-displacement δ of distant points; the slip s = δ − Kq vanishes where |q| < µp and has the direction
-of q elsewhere. That is the end of a loading in one step; a cycle between it and its opposite
-travels 4 |s|, and the area of the loop of force and displacement is ∬ 4 µp |s| dA.
+Under the tangential force Q along x, or the displacement U of distant points, the traction q
+minimises ½ ∬ q·Kq over |q| ≤ µp with ∬ q = (Q, 0), a convex program. The multiplier of the
+constraint is the displacement δ of distant points. The slip s = δ − Kq vanishes where |q| < µp and
+has the direction of q elsewhere. This is the end of a loading in one step; a cycle between it and
+its opposite travels 4 |s|, and the loop of force and displacement has the area ∬ 4 µp |s| dA.
 
 The solver is a semi-smooth Newton method on q = P(q + s), where P projects on the discs with the
 force, and its even shift is δ. With z = q + s, cells slip where |z| > µp, in the direction d of z.
-Where a cell sticks both components of q are unknown. Where it slips q becomes µp d, which turns by
-w along t ⊥ d, and so does the slip, which stays parallel: s·t = |s| w/µp. So a step v solves
+Where a cell sticks, both components of q are unknown. Where it slips, q becomes µp d and turns by w
+along t ⊥ d; the slip turns with it to stay parallel: s·t = |s| w/µp. So a step v solves
 
     T (K + |s|/µp) T v = T (s − K (µp d − q)),    T = 1 in stick, t tᵀ in slip,
 
-by conjugate gradients, preconditioned by the inverse symbol. Projected on the discs, it is taken if
-it halves the residual or does not raise the energy, and else to the least energy on the way. Where
-steps do not reduce the residual, accelerated projected gradients take over, which converge from any
-start: Beck and Teboulle, SIAM J. Imaging Sci. 2 (2009), restarted as by O'Donoghue and Candès,
-Found. Comput. Math. 15 (2015).
+by conjugate gradients, preconditioned by the inverse symbol. The step is projected on the discs. It
+is taken whole if it halves the residual or does not raise the energy, and otherwise up to the least
+energy on the way. If steps do not reduce the residual, accelerated projected gradients take over,
+which converge from any start: Beck and Teboulle, SIAM J. Imaging Sci. 2 (2009), restarted as by
+O'Donoghue and Candès, Found. Comput. Math. 15 (2015).
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from fretwear.mechanics.contact.problem import BALANCED, ContactError, find_shif
 from fretwear.mechanics.contact.solver import halved
 from fretwear.mechanics.slip.shear import GridShear
 
-# Iterations of conjugate gradients, and of projected gradients in all.
+# Iterations of conjugate gradients, and of all projected gradients.
 _LARGEST_ITERATIONS, _LARGEST_GRADIENTS = 40, 20000
-# Projected gradients in a row at first: at a start of at least that residual, and after so many
-# Newton steps in vain, or one of which less than a part descends.
+# Projected gradients in a row at first, if the residual of a start is at least so large, after so
+# many Newton steps in vain, or after one that descends by less than a part.
 _GRADIENTS, _FAR, _PATIENCE, _LEAST_PART = 5, 0.05, 3, 0.05
 # Residual to which a start is computed on wider cells.
 _COARSE = 1e-3
-# Factors by which a linear problem is solved: in proportion to the residual, at least and at most.
+# Factors by which a linear problem is solved: proportional to the residual, within bounds.
 _IN_PROPORTION, _WELL, _ROUGHLY = 4.0, 0.03, 0.3
 # Part of the tolerance that suffices there, and part of the residual that is neglected.
 _ENOUGH, _NEGLIGIBLE = 0.4, 1e-3
@@ -52,13 +52,13 @@ class Sheared:
     """Tractions and slip at the end of a loading along x; vectors have shape (2, nx, ny)."""
 
     traction: Array  #: q, Pa
-    #: s, m, exactly zero in stick; beside the contact, by how much surfaces pass each other.
+    #: s, m, exactly zero in stick; outside the contact, relative displacement of the surfaces.
     slip: Array
     displacement: float  #: δ of distant points along x, m
     force: float  #: Q of the whole contact, N
     energy: float  #: ½ ∬ q·Kq dA, J
-    residual: float  #: largest change of traction by a projected gradient, over the largest bound
-    #: Applications of K and of its inverse without padding, in units of the first.
+    residual: float  #: largest change of a projected gradient step over the largest bound
+    #: Applications of K, and of its inverse without padding in units of the former.
     convolutions: int
     bound: Array  #: µp, Pa, shape (nx, ny)
 
@@ -96,7 +96,7 @@ class Sheared:
         return np.asarray(way, np.complex128)
 
     def under(self, bound: Array) -> Array:
-        """A guess of the traction of a similar contact, Pa, by its µp, Pa: as much is unused."""
+        """A first guess of the traction, Pa, under another bound µp, Pa: same unused friction."""
         ways = self._way * (bound - np.minimum(self.spare, bound))
         return np.stack([ways.real, ways.imag])
 
@@ -154,21 +154,21 @@ def shear(
 
 
 class _State(NamedTuple):
-    """A traction q and its projected gradient, fields as in `_Descent`."""
+    """A traction q and the projection of its gradient step; fields as in `_Descent`."""
 
     traction: Array
     moved: Array  # K q less the offset, on all cells, shape (2, nx, ny)
     far: Array  # displacement of distant points along x and y
     pushed: Array  # z = q + s
-    error: float  # largest change of traction by the projection of z
+    error: float  # largest change of traction by that step
 
 
 class _Descent:
     """Steps of a traction within the bounds.
 
-    Tractions are in units of the largest bound, displacements in units of what it moves its own
-    cell by, and fields have shape (2, n) for the n cells that touch. A flexibility in series adds
-    to K, so that either the force or the displacement of its end is given.
+    Tractions are in units of the largest bound, displacements in units of what that bound on one
+    cell moves this cell by, and fields have shape (2, n) for the n cells that touch. A flexibility
+    in series adds to K, so that either the force or the displacement of its end is given.
     """
 
     def __init__(
@@ -187,7 +187,7 @@ class _Descent:
         self.area = bodies.geometry.unit_area
         self.given = np.array([displacement / self.moves, 0.0])
         self.series = flexibility * self.area / bodies.self_influence if force is None else 0.0
-        # Forces along axes in which q is even must balance; elsewhere they do by symmetry.
+        # Forces balance by symmetry, except along axes in which q is even.
         self.axes = 0 if force is None else 1 if bodies.is_even else 2
         self.total = np.zeros(2) if force is None else np.array([force, 0.0])
         self.total /= self.area * self.largest
@@ -213,9 +213,9 @@ class _Descent:
     def projected(self, traction: Array, shift: Array) -> tuple[Array, Array]:
         """The nearest traction within the discs that carries the force, and an even shift.
 
-        It is the nearest one to the traction shifted, see `find_shift`: along x the force grows
-        with the shift, and along y it grows while the force along x is kept. Without a force the
-        shift is kept.
+        It is the projection of a shifted traction, see `find_shift`: the force along x grows with
+        the shift along x; the force along y grows with the shift along y while the force along x is
+        kept. Without a given force the shift is kept.
         """
         shift, enough, result = shift.copy(), BALANCED * float(self.bound.sum()), traction
 
@@ -225,11 +225,11 @@ class _Descent:
             length = np.sqrt(moved[0] ** 2 + moved[1] ** 2)
             factor = self.bound / np.maximum(length, self.bound)
             result = moved * factor
-            # Within the disc a cell follows the shift; beyond it, traction turns.
+            # Within its disc the traction of a cell follows the shift; on the edge it turns.
             return factor, np.where(factor < 1.0, moved / np.maximum(length, self.bound), 0.0)
 
         def lacking(value: float, axis: int) -> tuple[float, float]:
-            """Force that a shift along an axis lacks, and by how much less a larger one does."""
+            """Missing force along an axis at a shift, and its fall per shift."""
             shift[axis] = value
             if axis:
                 find_shift(lambda trial: lacking(trial, 0), shift[0], enough)
@@ -255,15 +255,15 @@ class _Descent:
     def solve(self, start: Array | None, tolerance: float) -> Sheared:
         """Iterate until the residual is below the tolerance.
 
-        It ends: whenever some steps in a row do not halve the least residual, projected gradients
-        follow, twice as many each time.
+        Whenever some Newton steps in a row do not halve the least residual, projected gradients
+        follow, twice as many each time, so that it ends.
         """
         if start is None:
             traction = self.projected(np.zeros((2, self.cells.size)), self.given)[0]
         else:
             traction = self.at_cells(start) / self.largest
             traction *= self.bound / np.maximum(np.hypot(*traction), self.bound)
-        # A guess may be in equilibrium with another force.
+        # The guess may balance another force.
         lacks = np.abs(self.total - traction.sum(axis=1))[: self.axes]
         guessed = bool((lacks > 10.0 * BALANCED * self.bound.sum()).any())
         state = self.at(traction, self.displaced(traction) - self.offset, self.given)
@@ -283,7 +283,7 @@ class _Descent:
         return self._result(state)
 
     def _newton(self, state: _State, guessed: bool, tolerance: float) -> _State | None:
-        """The state after a step, or at the least energy on the way; None if it leads nowhere.
+        """The state after a step, or at the least energy on the way; None without descent.
 
         The first step from a guess corrects its force, and may raise the energy.
         """
@@ -293,7 +293,7 @@ class _Descent:
         full = self.at(target, state.moved + moved, state.far)
         if guessed or full.error <= 0.5 * state.error:
             return full
-        # The force is the same, so that displacements of distant points do no work.
+        # The force is unchanged, so displacements of distant points do no work.
         descent = float((step * (state.pushed - state.traction)).sum())
         stiffness = float((step * self.at_cells(moved)).sum())
         part = descent / stiffness if stiffness > 0.0 else 0.0
@@ -333,7 +333,7 @@ class _Descent:
     def _step(self, state: _State, tolerance: float) -> Array:
         """A Newton step, in single precision.
 
-        Its unknowns are both components of cells that stick, and the turn w of those that slip.
+        Its unknowns are both components where cells stick, and the turn w where they slip.
         """
         cells, count = self.cells, self.shape[0] * self.shape[1]
         slip = state.pushed - state.traction
@@ -379,18 +379,18 @@ class _Descent:
             result[0] += np.float32(self.series * float(traction[0].sum()))
             return gathered(result)
 
-        # The step has no products with the forces but those that its start has.
+        # The step needs only those products with the forces that its start has.
         axes = np.eye(2)[: self.axes, :, None, None] * np.ones(self.shape)
         forces = np.reshape([gathered(axis) for axis in axes], (self.axes, layer.size))
         smooth = np.reshape([condition(force) for force in forces], forces.shape)
-        # Where all cells slip alike no turn changes the force.
+        # If all cells slip alike no turn changes the force.
         gram = np.linalg.pinv(forces @ smooth.T, 1e-6)
 
         def free(residual: Single) -> Single:
-            """The residual without what distant points take up."""
+            """The residual without its part along the displacements of distant points."""
             return np.asarray(residual - (gram @ (smooth @ residual)) @ forces, np.float32)
 
-        # Cells that slip go to the bound, and what the force then lacks to all others.
+        # Cells that slip go to the bound, and the missing force is spread over all others.
         first = np.zeros_like(slip)
         first[:, slipping] = self.bound[slipping] * way - state.traction[:, slipping]
         lacks = (self.total - (state.traction + first).sum(axis=1))[: self.axes]
@@ -404,7 +404,7 @@ class _Descent:
         reduction = min(max(_IN_PROPORTION * state.error, _WELL), _ROUGHLY)
         target = reduction**2 * float(left @ left)
         for _ in range(_LARGEST_ITERATIONS):
-            # A mean below the tolerance may hide a cell above it, for ever.
+            # A mean below the tolerance may hide a cell above it for ever.
             if float(left @ left) <= target or np.abs(left).max() <= _ENOUGH * tolerance:
                 break
             preconditioned = condition(left)

@@ -1,28 +1,27 @@
 """Partial slip from a second normal contact at a reduced load, and the wear that it drives.
 
-Friction along x bears q ≤ µp. What it does not use, µp* = µp − q, solves a normal contact: with the
-displacement K_xx q of the surface along x (Cerruti), A = K_xx/κ and the displacement K p by the
-pressure, the slip s = µκ g* from zero to the amplitude of the force is its gap,
+Friction along x bears q ≤ µp. The unused friction µp* = µp − q solves a normal contact. A traction
+q displaces the surface along x by K_xx q = κ A q (Cerruti), a pressure p normally by K p. The slip
+s = µκ g* from zero to the amplitude of the force follows from the gap of that contact,
 
     g* = A p* + h + (K − A) p − d*,    p* ≥ 0,   g* ≥ 0,   g* p* = 0,
 
-where h is the shape of the surfaces. Under P = const and the amplitude Q it bears the load
-P* = P − Q/µ. Distant points pass each other by U = µκ (d − d*): where U is given, so is the reduced
-approach d*, and if the lowest point of the shape lies above it the contact slides as a whole. A
-bulk stress that stretches the flat by ε along x, in phase with Q, adds ε x/(µκ) to h, which moves
-the stick zone (Hills and Nowell 1994).
+where h is the shape of the surfaces. Under P = const and the amplitude Q it bears the load P* = P −
+Q/µ. Distant points pass each other by U = µκ (d − d*). A given U therefore gives the reduced
+approach d*; if the lowest point of the shape lies above it, the contact slides as a whole. A bulk
+stress that stretches the flat by ε along x, in phase with Q, adds ε x/(µκ) to h, which moves the
+stick zone (Hills and Nowell 1994).
 
-A traction moves the surface farther along x than across: A depends on the direction (`Cerruti`).
-Where µ differs between places, ψ = µ/µ_r with a reference µ_r, which takes the place of µ, changes
-the shape of the reduced contact to h + K p − A(ψp) and its load to ∬ψp − Q/µ_r; where the whole
-contact slides the force is µ_r ∬ψp.
+A traction moves the surface farther along x than across, so A depends on the direction (`Cerruti`).
+Where µ differs between places, µ is replaced by a reference µ_r with ψ = µ/µ_r, the shape of the
+reduced contact by h + K p − A(ψp) and its load by ∬ψp − Q/µ_r; the force under which the whole
+contact slides is µ_r ∬ψp.
 
-If Poisson's ratio is zero, and in line contacts, A = K, and p* is the pressure of the same shape
+In line contacts and at a Poisson's ratio of zero A = K, and p* is the pressure of the same shape
 under the load P*: Ciavarella (1998) and Jäger (1998). `Jaeger` has A = K in all contacts. Traction
 along y changes slip in the order of ν²; `Coupled` has it.
 
-The wear of one implicit step is a layer between the bodies, because more pressure on a cell means
-a deeper cell.
+The wear of one implicit step is a layer between the bodies: a larger pressure wears a cell deeper.
 """
 
 from __future__ import annotations
@@ -44,10 +43,10 @@ from fretwear.quantity import Part
 from fretwear.theory import LineContact
 
 _COARSE = 1e-2
-# From this tolerance on, displacements in single precision suffice beyond the stick zone.
+# At tolerances of this or more, displacements in single precision suffice outside the stick zone.
 _SINGLE_IS_ENOUGH = 1e-6
-# Residual of shear tractions over the tolerance of a normal contact, and the least unused friction
-# where the bodies stick, over the largest.
+# Residual of shear tractions over the tolerance of a normal contact, and least unused friction in
+# the stick zone over the largest.
 _RESIDUAL, _TINY = 300.0, 1e-12
 # A stick zone less deep than this fraction of the approach counts as none.
 _NO_DEPTH = 1e-9
@@ -64,7 +63,7 @@ class ReducedContact:
     approach: float  # δ*, m
     load: float  # P*, N
     convolutions: int = 0  # half-space convolutions spent, most of them on a smaller window
-    # Derivative of g* by the approach of the bodies, if it depends on it and is known.
+    # Derivative of g* by the approach of the bodies, where g* depends on it; None if unknown.
     response: Array | None = None
     sheared: Sheared | None = None  # tractions of friction in two directions, if they are computed
     follows_pressure: bool = False  # whether a change of the pressure alone changes g*
@@ -90,8 +89,8 @@ class Pressed(NamedTuple):
 class SlipModel(Part):
     """How slip follows from the contact, and how wear follows from slip within a step.
 
-    A model defines the reduced contact, and says whether it follows the shape: then wear adds to g*
-    and so to the slip, and plastic flow changes it. By default slip is constant within a step.
+    A model defines the reduced contact, and whether its shape is the worn one. If so, wear adds to
+    g* and so to the slip, and plastic flow changes it. By default slip is constant within a step.
     """
 
     follows_shape: ClassVar[bool] = False
@@ -132,7 +131,7 @@ class SlipModel(Part):
     ) -> Layer:
         """Wear depth at the end of a stage against pressure, all fields as in `WearLayer`.
 
-        It grows exponentially with ∫p dN; if slip is constant, in proportion.
+        It grows exponentially with ∫p dN, or linearly if slip is constant.
         """
         if self.follows_shape:
             return WearLayer(wear, gap, shift, exponent, rate, withheld=withheld)
@@ -140,11 +139,11 @@ class SlipModel(Part):
         return WinklerLayer(rate * mean, wear + exponent * mean - withheld, wear)
 
     def still_holds(self, reduced: ReducedContact, setup: Setup, load: float) -> bool:
-        """Whether a reduced contact that has worn on still meets the condition of a setup.
+        """Whether a reduced contact still meets the condition of a setup after wear.
 
-        Wear outside the stick zone does not change the contact under a reduced load. A contact at
-        a reduced approach follows the approach of the bodies, and a load that is not held falls.
-        ``load`` is the load P, N, of the full contact.
+        Wear outside the stick zone leaves the contact under a reduced load unchanged. A contact at
+        a reduced approach follows the approach of the bodies, and changes with a load that is not
+        held. ``load`` is the load P, N, of the full contact.
         """
         if not self.follows_shape:
             return True
@@ -157,11 +156,11 @@ class SlipModel(Part):
     ) -> Array:
         """Pressure, Pa, at which each cell yields by p² + αq² = p_lim²; ``growth`` is αµ².
 
-        Where the bodies stick q = µ (p − p*). Plastic flow there deepens the shape of both contacts
-        alike and leaves q as it is, so that p yields at √(p_lim² − αq²). If the reduced contact
-        does not follow the shape p* is what stays, and p yields at the root of
-        p² + αµ² (p − p*)² = p_lim². ``highest`` is p_lim, Pa, and ``pressure`` a guess of p.
-        Friction in two directions changes the magnitude of q too little to matter here.
+        In the stick zone q = µ (p − p*). Plastic flow there deepens the shape of both contacts
+        alike and leaves q unchanged, so that p yields at √(p_lim² − αq²). If the reduced contact
+        has another shape, p* stays instead, and p yields at the root of p² + αµ² (p − p*)² =
+        p_lim². ``highest`` is p_lim, Pa, and ``pressure`` a guess of p. Friction in two directions
+        changes the magnitude of q too little to matter here.
         """
         lowest, stuck = highest / sqrt(1.0 + growth), reduced.pressure
         if self.follows_shape:
@@ -190,7 +189,7 @@ class Jaeger(SlipModel):
     follows_shape: ClassVar[bool] = True
 
     def sheared_bodies(self, setup: Setup, half_space: HalfSpace) -> HalfSpace:
-        """The bodies under tractions: as under a pressure, unless the flat has a coating."""
+        """The bodies under tractions: same as under a pressure unless the flat has a coating."""
         return half_space.alike(setup.coupling)
 
     def reduced(
@@ -198,7 +197,7 @@ class Jaeger(SlipModel):
     ) -> ReducedContact:
         """Solve the normal contact of the shape at the reduced load, or at the reduced approach.
 
-        If the shape lies above the reduced approach nothing sticks, and the bodies slide by their
+        If the shape lies above the reduced approach, nothing sticks, and the slip follows from the
         gap.
         """
         half_space, law = pressed.half_space, setup.friction_law
@@ -250,8 +249,7 @@ class Jaeger(SlipModel):
         if flexibility and (guess is None or not low < tried < high):
             tried = min(replace(sliding, level=depth).of_smooth(setup.hertz)[1], high)
         previous: tuple[float, float] | None = None
-        # The excess is continuous, and the bracket halves every second time at least, so that this
-        # ends.
+        # The excess is continuous and the bracket halves at least every second time, so this ends.
         halves = True
         while True:
             contact = contact_under(
@@ -276,9 +274,9 @@ class Jaeger(SlipModel):
 
 @dataclass(frozen=True)
 class Cerruti(Jaeger):
-    """Slip of the worn shape by friction along x, which moves the surface farthest along x.
+    """Slip of the worn shape by friction along x, which moves the surface most along x.
 
-    That changes with the pressure, and the slip and the stick zone with it.
+    This motion changes with the pressure, and so do slip and stick zone.
     """
 
     kind: Literal["cerruti"] = "cerruti"  # type: ignore[assignment]
@@ -292,7 +290,7 @@ class Cerruti(Jaeger):
 
 @dataclass(frozen=True)
 class Auto(Cerruti):
-    """`Cerruti` on cells that tell directions apart, `Jaeger` on rings and strips."""
+    """`Cerruti` on cells that distinguish directions, `Jaeger` on rings and strips."""
 
     kind: Literal["auto"] = "auto"  # type: ignore[assignment]
     caption: ClassVar[str] = "slip of the worn shape, along x where cells have directions"
@@ -300,10 +298,10 @@ class Auto(Cerruti):
 
 @dataclass(frozen=True)
 class Coupled(Jaeger):
-    """Slip of the worn shape, by friction as a vector: `fretwear.mechanics.slip.coupled`.
+    """Slip of the worn shape by friction as a vector: `fretwear.mechanics.slip.coupled`.
 
     Displacements along x and y are coupled, so that traction turns away from x. A line contact has
-    a single direction, in which it is the same as `Jaeger`.
+    a single direction; there this model equals `Jaeger`.
     """
 
     kind: Literal["coupled"] = "coupled"  # type: ignore[assignment]
@@ -316,7 +314,7 @@ class Coupled(Jaeger):
     ) -> ReducedContact:
         """Solve the tangential contact under the force or displacement of a setup.
 
-        Slip, unused friction, displacement and force are stated as in a normal contact.
+        Slip, unused friction, displacement and force are expressed as in a normal contact.
         """
         geometry, pressure = pressed.half_space.geometry, pressed.pressure
         if geometry.plane_strain:
@@ -359,7 +357,7 @@ class Coupled(Jaeger):
 
 @dataclass(frozen=True)
 class CattaneoMindlin(SlipModel):
-    """Slip of the unworn smooth sphere or cylinder, whatever the shape, as in simpler studies.
+    """Slip of the unworn smooth sphere or cylinder for every shape, as in simpler studies.
 
     The stick zone stays a disc of radius c = a (1 − Q/µP)^(1/3) or, for a cylinder, a strip of
     half-width c = a (1 − Q/µP)^(1/2), and slip has the closed form of the Hertzian contact. Both
@@ -386,7 +384,7 @@ class CattaneoMindlin(SlipModel):
         return ReducedContact(hertz.pressure(r), hertz.gap(r), hertz.approach, load)
 
     def still_holds(self, reduced: ReducedContact, setup: Setup, load: float) -> bool:
-        """Whether the unworn contact, on which alone it depends, has the same reduced load."""
+        """Whether the unworn contact, which alone determines slip, has the same reduced load."""
         return setup.unworn_sliding.of_smooth(setup.hertz)[0] == reduced.load
 
 
@@ -401,9 +399,9 @@ def contact_under(
 ) -> ReducedContact:
     """The normal contact of a shape, m, under a load, N, or at an approach, m.
 
-    The stick zone is smaller than the contact, so the problem is solved on a part of the cells that
-    holds the start and a margin, and again on a larger part if the zone reaches its border. Each
-    part holds cells that the last one missed, so this ends.
+    The stick zone is smaller than the contact, so the problem is solved on cells around the start
+    with a margin, and again on more cells if the zone reaches their border. Each attempt adds cells
+    that the last one missed, so this ends.
     """
     geometry, convolutions = half_space.geometry, 0
     if start is None:
@@ -421,8 +419,8 @@ def contact_under(
             verified=False,
         )
         pressure = part.resized(solution.pressure, geometry)
-        # The gap on all cells comes from a convolution of its own; one in single precision is
-        # good enough beyond the part if the contact itself need not be better.
+        # The gap on all cells comes from a convolution of its own. Unless the contact must be
+        # accurate, single precision suffices outside the solved part.
         part_cells = geometry.where(part)
         moved: Array | Single
         if tolerance >= _SINGLE_IS_ENOUGH:
@@ -438,7 +436,7 @@ def contact_under(
         if not missed.any():
             break
         held, start = held | missed, pressure
-    # Noise in the stick zone would grow with wear like exp(β∫p dN): the gap is set to zero there.
+    # The gap in the stick zone is set to zero: noise would grow with wear like exp(β∫p dN).
     gap = np.where(pressure > 0, 0.0, np.maximum(gap, 0.0))
     carried, response = geometry.integral(pressure) if load is None else float(load), None
     if load is None and solution.stiffness is not None:
@@ -470,17 +468,17 @@ class WinklerLayer(Layer):
 class WearLayer(Layer):
     """Wear depth at the end of an implicit stage as a function of the pressure there.
 
-    With the gap g* of the reduced-load problem, dW/dN = β p g* and dg*/dN = β p g* + dG/dN,
-    where G = g* − W changes by plastic flow only. For x = β∫p dN over the stage and G linear
-    in x, both integrate in closed form::
+    With the gap g* of the reduced contact, dW/dN = β p g* and dg*/dN = β p g* + dG/dN, where G = g*
+    − W changes by plastic flow only. For x = β∫p dN over the stage and G linear in x, both
+    integrate in closed form::
 
         g* = eˣ g*₀ + ΔG φ(x),   W = W₀ + (eˣ − 1) g*₀ + ΔG (φ(x) − 1),   φ(x) = (eˣ − 1)/x
 
-    and x = x₀ + τ p with the stage's pressure p. Written for g* alone, an implicit step
-    diverges where τp > 1; written for x it is a convex problem for every step.
+    and x = x₀ + τ p with the stage's pressure p. Written for g* alone, an implicit step diverges
+    where τp > 1; written for x, every step is a convex problem.
 
     A threshold lowers dW/dN by a constant that would wear the depth w over the stage, as long as
-    any wear is left: w φ(x) is then subtracted from both, down to W₀.
+    the cell wears at all: w φ(x) is then subtracted from both, down to W₀.
     """
 
     wear: Array  # W₀ at the start of the stage, m
@@ -536,7 +534,7 @@ class WearLayer(Layer):
         result += self.wear
 
     def _exponent(self, pressure: Array) -> Array:
-        """X = x₀ + τ p, with a bound far beyond any wear."""
+        """X = x₀ + τ p, bounded far above any real wear."""
         x = self.rate * pressure
         x += self.exponent
         return np.minimum(x, _LARGEST_EXPONENT, out=x)
@@ -544,7 +542,7 @@ class WearLayer(Layer):
     def scaled_tangent(self, unit: float, pressure: Array) -> Single:
         """Derivative of the wear depth in some unit, m/Pa; not negative.
 
-        φ' = (eˣ − φ)/x loses its digits near zero, where it is a line of slope 1/3.
+        φ' = (eˣ − φ)/x loses its digits near zero; there it is a line of slope 1/3.
         """
         x, drift = self._exponent(pressure), self._drift
         exponent = x if drift is None else np.maximum(x, _SMALL_EXPONENT)

@@ -5,14 +5,14 @@ A traction q on both bodies, in opposite directions, moves their surfaces past e
 
     u_x = 1/(πE*) ∬ [1/r + n x²/r³] q_x + n xy/r³ q_y,    u_y likewise,    n = 2 (κ − 1),
 
-for κ = E*/G*. On average over all directions that is κ times the normal displacement under a
-pressure, the kernel of a single direction. The integrals over a rectangular cell are differences of
-x arsinh(y/|x|) for y²/r³, of y arsinh(x/|y|) for x²/r³ and of −r for xy/r³ at its corners; 1/r is
-the sum of the first two.
+for κ = E*/G*. Averaged over all directions, this is κ times the normal displacement under a
+pressure, a single kernel. The integrals over a rectangular cell are differences of x arsinh(y/|x|)
+for y²/r³, of y arsinh(x/|y|) for x²/r³ and of −r for xy/r³ at its corners; 1/r is the sum of the
+first two.
 
-As for pressure (`fretwear.mechanics.contact.convolution`), frequencies fall into two branches
-along each axis. Where the contact is even, q_x is even and q_y odd along that axis: if it is along
-both, cosine and sine transforms of a quarter do. Otherwise, the whole window is padded with zeros.
+As for pressure (`fretwear.mechanics.contact.convolution`), frequencies fall into two branches along
+each axis. Along an axis in which the contact is even, q_x is even and q_y odd; if it is even along
+both, transforms of a quarter suffice. Otherwise, the whole window is padded with zeros.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ def shear_influence(
 ) -> Spectra[Array]:
     """Displacements of cell (i, j) along x and y per unit traction on cell (0, 0), m/Pa.
 
-    Three fields (nx, ny): of u_x by q_x, of u_y by q_y, both even along both axes, and of either by
-    the other, odd along both. ``modulus`` is E*, Pa, and ``coupling`` κ.
+    Three fields (nx, ny): u_x by q_x and u_y by q_y, both even along both axes, and u_x by q_y or
+    u_y by q_x, odd along both. ``modulus`` is E*, Pa, and ``coupling`` κ.
     """
     x, y = (
         ((np.arange(count + 1) - 0.5) * size)[(None, slice(None))[:: 1 if axis else -1]]
@@ -82,7 +82,7 @@ class GridShear(ABC, Generic[Real]):
     def inverse(self, traction: Real) -> Real:
         """Approximate inverse of `displacement`, symmetric and positive definite.
 
-        At most a quarter of the cost of a displacement.
+        It costs at most a quarter of a displacement.
         """
 
     @property
@@ -111,7 +111,7 @@ def _scaled(spectra: Spectra[Real], divisor: int) -> Spectra[Real]:
 
 
 def _inverted(kernels: Spectra[Real]) -> Spectra[Real]:
-    """The inverse of a field of symmetric matrices of two rows."""
+    """The inverse of a field of symmetric two-by-two matrices."""
     xx, yy, xy = kernels
     determinant = xx * yy - xy**2
     return yy / determinant, xx / determinant, -xy / determinant
@@ -120,9 +120,8 @@ def _inverted(kernels: Spectra[Real]) -> Spectra[Real]:
 class QuarterShear(GridShear[Real]):
     """Cosine transforms of q_x and sine transforms of q_y, of a contact even along both axes.
 
-    The transform of sines II at the frequency k equals the transform of cosines at n − k of the
-    field with alternating signs, likewise IV at n − 1 − k, so that both components are transformed
-    at once.
+    The sine transform II at the frequency k equals the cosine transform at n − k of the field with
+    alternating signs, and IV likewise at n − 1 − k, so both components are transformed at once.
     """
 
     @cached_property
@@ -158,13 +157,13 @@ class QuarterShear(GridShear[Real]):
 
     @cached_property
     def _inverse(self) -> dict[Branch, Spectra[Real]]:
-        """The same of the inverse in the branch of the window without padding."""
+        """The inverse of these spectra in the branch of the window without padding."""
         nx, ny = self.geometry.shape
         xx, yy, xy = self._branch((0, 0))
         cosine, sine = _places((0, 0), (nx, ny))
         both = slice(1, nx), slice(1, ny)
         of_both = _inverted((xx[both], yy[both], xy[both]))
-        # Frequencies that only one of the components has: zero, or the largest.
+        # Frequencies of one component only: zero, or the largest.
         xx, yy = np.reciprocal(xx[cosine]), np.reciprocal(yy[sine])
         xx[1:, 1:], yy[:-1, :-1] = of_both[:2]
         yy = np.ascontiguousarray(yy[::-1, ::-1])
@@ -180,7 +179,7 @@ class QuarterShear(GridShear[Real]):
     def _moved(
         field: Real, odd: int, others: Sequence[int], factors: Mapping[Branch, Spectra[Real]]
     ) -> Real:
-        """A field of alternating signs filtered in a branch along x and some along y."""
+        """A field of alternating signs, filtered in one branch along x and some along y."""
         kinds, result = ((2, 3), (4, 4)), None
         of_x = dct(kinds[odd][0], field, (1,), buffer=np.empty_like(field))
         for odd_y in others:
@@ -212,7 +211,7 @@ def _places(branch: Branch, shape: tuple[int, int]) -> tuple[tuple[slice, ...], 
 
 
 class WholeShear(GridShear[Real]):
-    """Fourier transforms of all cells, mirrored where they are even."""
+    """Fourier transforms of all cells, mirrored along the axes in which the contact is even."""
 
     @cached_property
     def _whole(self) -> tuple[int, int]:
@@ -230,7 +229,7 @@ class WholeShear(GridShear[Real]):
 
     @cached_property
     def _inverse(self) -> list[Real]:
-        """The same of the inverse in the branch of the window without padding."""
+        """The inverse of these spectra in the branch of the window without padding."""
         nx, ny = self._whole
         return _whole_factors(_scaled(_inverted(self._branch((0, 0))), nx * ny))
 
@@ -268,7 +267,7 @@ def shear_space(geometry: Grid, modulus: float, coupling: float) -> GridShear[Ar
     shape = offsets(geometry.shape, geometry.even)
     influence = shear_influence(shape, geometry.spacing, modulus, coupling)
     even = [dct(1, field, (0, 1)) for field in influence[:2]]
-    # The transform of a field that is odd is the negative of the transform of sines.
+    # The transform of a field odd along both axes is the negative of its sine transforms.
     odd = np.zeros_like(even[0])
     odd[1:-1, 1:-1] = dst(1, np.ascontiguousarray(influence[2][1:-1, 1:-1]), (0, 1))
     moduli, spectra = (modulus, coupling), (even[0], even[1], odd)

@@ -1,7 +1,7 @@
 """A coating of the flat: an elastic layer on its surface, bonded to the substrate.
 
 The parameters of the flat are then those of the substrate. The layer keeps its thickness: wear
-changes the shape of the surface, but not its elasticity.
+changes the shape of the surface but not its elasticity.
 """
 
 from __future__ import annotations

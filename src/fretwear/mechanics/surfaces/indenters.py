@@ -40,12 +40,12 @@ UNKNOWN_RADIUS = 1.0
 class Indenter(Part):
     """The smooth shape of the bodies."""
 
-    #: Whether the gap depends on the distance from the axis alone.
+    #: Whether the gap depends only on the distance from the axis.
     is_axisymmetric: ClassVar[bool] = False
     detail: ClassVar[str] = "detail"  #: word for the feature whose length is `finest`
-    cells: ClassVar[int] = 16  #: how many resolve it; half as many would just suffice
+    cells: ClassVar[int] = 16  #: cells that resolve it; half as many just suffice
     is_hertzian: ClassVar[bool] = True  #: whether its smooth contact is Hertzian
-    #: Whether its smooth contact is known before a run, not only its scales.
+    #: Whether its smooth contact is known before a run; otherwise only its scales are.
     has_closed_form: ClassVar[bool] = True
     frame: ClassVar[ContactFrame] = POINT_CONTACT  #: or a line contact, in plane strain
     #: The closed forms of the contact that sets the scales.
@@ -66,7 +66,7 @@ class Indenter(Part):
 
     @property
     def curvature_radius(self) -> float:
-        """Radius, m, of the sphere whose Hertzian contact sets the scales of this one."""
+        """Radius, m, of the sphere whose Hertzian contact sets the scales of this indenter."""
         return self.radius
 
     @property
@@ -76,7 +76,7 @@ class Indenter(Part):
 
     @property
     def is_known(self) -> bool:
-        """Whether the shape is available, which it is not if its file is missing."""
+        """Whether the shape is available; it is not if its file is missing."""
         return True
 
     def hertz(self, normal: Normal, modulus: float) -> HertzContact:
@@ -93,11 +93,11 @@ class Indenter(Part):
 
     @property
     def end(self) -> float:
-        """Distance from centre or axis, m, at which the body ends; inf if it goes on."""
+        """Distance from centre or axis, m, at which the body ends; inf if it does not."""
         return math.inf
 
     def edge(self, contact: HertzContact) -> float:
-        """Width, m, of a zone at the edge of the smooth contact that peaks there; inf if none."""
+        """Width, m, of the zone of peak pressure at the edge of the smooth contact; inf if none."""
         return math.inf
 
     def coupling(self, bodies: Bodies) -> float:
@@ -193,7 +193,7 @@ class _Punch(Indenter):
         raise NotImplementedError
 
     def gap(self, x: Array, y: Array) -> Array:
-        """(r − b)²/2R_e beyond the flat, m; beyond the end of the punch its sides."""
+        """(r − b)²/2R_e outside the flat, m; the sides outside the end of the punch."""
         distance = np.hypot(x, y if "y" in self.frame.axes else 0.0)
         excess = np.maximum(distance - self.flat, 0.0)
         result: Array = excess**2 / (2.0 * self.edge_radius)
@@ -274,7 +274,7 @@ class _Elliptic(Indenter):
         return EllipticContact.of(*self.radii_of_gap, 1.0, modulus)
 
     def half_widths(self, contact: HertzContact) -> tuple[float, float]:
-        """Half-widths along x and y, m, of the box around the ellipse."""
+        """Half-widths along x and y, m, of the rectangle around the ellipse."""
         assert isinstance(contact, EllipticContact)
         first, second = contact.half_widths
         cos, sin = math.cos(self.rotation), math.sin(self.rotation)

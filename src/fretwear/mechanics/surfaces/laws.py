@@ -20,7 +20,7 @@ from fretwear.mechanics.surfaces.materials import Friction
 from fretwear.mechanics.values import OfBodies
 from fretwear.quantity import BODIES, Part, Quantity
 
-# The least part of a mean that is left when a change is extrapolated.
+# Least fraction of a mean that an extrapolation leaves.
 _LEAST_LEFT = 0.1
 
 
@@ -34,8 +34,8 @@ class Means(NamedTuple):
     half_width_y: float = math.inf  # the same along y; infinite in line contact
 
     def ahead(self, previous: Means, times: float) -> Means:
-        """The means if the change since others continues, so many times as long."""
-        # An infinite half-width stays so.
+        """The means if the change since the previous ones continues, so many times as long."""
+        # An infinite half-width stays infinite.
         pairs = zip(self, previous, strict=True)
         changes = ((now, now - then if now < math.inf else 0.0) for now, then in pairs)
         return Means(*(max(now + times * change, _LEAST_LEFT * now) for now, change in changes))
@@ -142,7 +142,7 @@ class _Two(Coefficient):
 
     @property
     def _pairs(self) -> list[tuple[float, float]]:
-        """Both values, of indenter and flat or of the sum."""
+        """Both values: a pair for each body, or one number for both."""
         first, second = self._values
         if isinstance(first, OfBodies) and isinstance(second, OfBodies):
             return [*zip(first, second, strict=True)]
@@ -150,7 +150,7 @@ class _Two(Coefficient):
 
     @property
     def mistake(self) -> tuple[str, str] | None:
-        """Both must be of both bodies together, or of each."""
+        """Both values must be pairs of the bodies, or neither."""
         first, second, *_ = self.parameters()
         of_rim, of_core = self._values
         if isinstance(of_rim, OfBodies) == isinstance(of_core, OfBodies):
@@ -199,8 +199,8 @@ class FallingCoefficient(_Two):
 class RimAndCore(_Two):
     """A coefficient of a rim along the edge of contact, which oxygen reaches, and one of the core.
 
-    The width of the rim is b_rim (f/f_r)^l at the frequency f. The contact in the middle of the
-    stroke has the edge that counts, for points of both bodies.
+    The width of the rim is b_rim (f/f_r)^l at the frequency f. For points of both bodies it is
+    measured from the edge of the contact in the middle of the stroke.
     """
 
     rim: Annotated[
@@ -219,7 +219,7 @@ class RimAndCore(_Two):
 
     @property
     def mistake(self) -> tuple[str, str] | None:
-        """Both coefficients must be of both bodies together, or of each, and both must wear."""
+        """Both coefficients must be pairs of the bodies, or neither, and both must wear."""
         if self.width_exponent and not self.reference_frequency:
             return "needs reference_frequency for its width_exponent", "such as 1 Hz"
         if super().mistake is None and any(0.0 in pair for pair in self._pairs):
@@ -267,7 +267,7 @@ class RimZones:
         return np.asarray(1.0 + (core - 1.0) * inner)
 
 
-# Two opposite conditions, in which shares that never change are equal.
+# Two opposite conditions, under which constant fractions are equal.
 _CALM, _FIERCE = (Means(0.0, 1e6, 1e-6), 0.1), (Means(1e12, 1e9, 1e-3), 1e3)
 
 
@@ -278,8 +278,8 @@ class WearLaw(Part):
     """
 
     slug = ""  # the coefficient is left out of the id
-    follows_friction: ClassVar[bool] = False  # whether it is larger where friction is
-    zones: RimZones | None = None  # where the coefficient depends on the place; set by `under`
+    follows_friction: ClassVar[bool] = False  # whether the coefficient grows with friction
+    zones: RimZones | None = None  # set by `under` if the coefficient depends on the place
 
     def coefficient(self, friction: Friction) -> float:
         """Worn depth of both bodies together per pressure and path of slip, 1/Pa."""
@@ -335,7 +335,7 @@ class WearLaw(Part):
 
     @property
     def shares(self) -> tuple[float, float] | None:
-        """Fractions of indenter and flat in the wear; None if they change or are not known."""
+        """Fractions of the wear of indenter and flat; None if they change or are unknown."""
         if not self.is_of_each:
             return None
         if not self._following:

@@ -22,14 +22,14 @@ class Sliding:
     """The condition on the reduced contact: a load P*, or d* + flexibility · P* = level."""
 
     load: float | None = None  # P*, N, if it is given
-    level: float = 0.0  # approach d*, m, of a reduced contact that carries nothing
+    level: float = 0.0  # approach d*, m, of a reduced contact without load
     # Flexibility of the rig in the units of the approach, 1/(κ S), m/N; zero for a rigid rig. It is
-    # negative for bodies in line contact that are smaller than the distance from which their
-    # approach counts.
+    # negative for bodies in line contact that are smaller than the distance to which their approach
+    # refers.
     flexibility: float = 0.0
 
     def with_more(self, load: float) -> Sliding:
-        """The condition where friction bears more, as if the contact bore so much more load, N."""
+        """The condition if friction bears more, as under a load larger by so much, N."""
         if self.load is not None:
             return dataclasses.replace(self, load=self.load + load)
         return dataclasses.replace(self, level=self.level + self.flexibility * load)
@@ -55,16 +55,16 @@ class Sliding:
 class Loading(Imposed):
     """The tangential loading, which oscillates along x between an amplitude and its negative.
 
-    It is a force unless a kind says otherwise, and then follows from `load_ratio`. ``friction`` is
-    µ, ``coupling`` κ, and ``hertz`` the unworn smooth contact.
+    It is a force unless a kind says otherwise, and then defined by `load_ratio`. ``friction`` is µ,
+    ``coupling`` κ, and ``hertz`` the unworn smooth contact.
     """
 
-    is_force: ClassVar[bool] = True  # then the reduced contact follows from the load alone
+    is_force: ClassVar[bool] = True  # if so, the load alone determines the reduced contact
     stroke: float = 0.0  # amplitude of sliding, m, if imposed: a quarter of the path of a cycle
 
     @property
     def travel(self) -> float:
-        """Amplitude, m, by which the bodies move over each other: the stroke, if they do."""
+        """Amplitude, m, of the imposed relative motion: the stroke in gross sliding."""
         return self.stroke
 
     def load_ratio(self, friction: float, load: float) -> float:
@@ -98,7 +98,7 @@ class Loading(Imposed):
         return self.stroke
 
     def plain(self, friction: float, coupling: float, hertz: HertzContact) -> Loading:
-        """The same loading in SI units, so that it gives the same case however it was written."""
+        """The same loading in SI units: one case, however it was written."""
         return TangentialLoad.unchecked(tangential_load=self.amplitude(friction, coupling, hertz))
 
     def flexibility(self, hertz: HertzContact) -> float:
@@ -188,7 +188,7 @@ class SlidingAmplitude(GrossSliding):
 
 @dataclass(frozen=True)
 class SlidingDistance(GrossSliding):
-    """A path in one direction, as of a block on a ring: the contact stays where it is.
+    """A path in one direction, as of a block on a ring: the contact does not move.
 
     The cycles of such a run divide the path into equal parts.
     """
@@ -265,8 +265,8 @@ class Displacement(Loading):
     def flexibility(self, hertz: HertzContact) -> float:
         """1/S, m/N; in a line contact C_t less the compliance of the unworn contact.
 
-        The approach, and µκ (d − d*) with it, counts from a surface at some distance in the bodies.
-        That distance changes dδ/dP and hence this difference, but not U.
+        The approach, and so µκ (d − d*), is relative to a surface at some distance in the bodies.
+        That distance changes dδ/dP and so this difference, but not U.
         """
         if isinstance(hertz, LineContact):
             return self.tangential_compliance - hertz.compliance

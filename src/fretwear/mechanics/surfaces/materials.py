@@ -25,11 +25,11 @@ class Bodies(Part):
 
     @property
     def contraction(self) -> float:
-        """Poisson's ratio of the flat, here of one of two equal bodies."""
+        """Poisson's ratio of the flat; by default that of two equal bodies."""
         return 2.0 * (self.coupling - 1.0) / (2.0 * self.coupling - 1.0)
 
     def stretch(self, *, plane_strain: bool) -> float:
-        """Strain of the flat along x per stress along x, 1/Pa, here of one of two equal bodies."""
+        """Strain of the flat along x per stress along x, 1/Pa; by default of two equal bodies."""
         shortens = 1.0 if plane_strain else 1.0 - self.contraction**2
         return 0.5 / self.composite_modulus / shortens
 
@@ -38,7 +38,7 @@ class Bodies(Part):
         return self.coupling
 
     def covered(self, coating: Coating) -> Film:
-        """The film of a coating on the flat, here on one of two equal bodies."""
+        """The film of a coating on the flat; by default on one of two equal bodies."""
         nu = self.contraction
         return coating.film(self.composite_modulus * (1.0 - nu), nu)
 
@@ -48,8 +48,8 @@ class ElasticBodies(Bodies):
     """Two isotropic elastic bodies, of the same or different materials.
 
     The couplings between normal and tangential directions of different materials (Dundurs' β) are
-    neglected. Pressure drags such bodies over each other, which the contact forgets in cycles under
-    a constant load, and friction moves them apart.
+    neglected. Through them pressure drags the bodies over each other, which a contact under a
+    constant load forgets in some cycles, and friction separates them.
     """
 
     youngs_modulus: Annotated[
@@ -114,8 +114,8 @@ class Friction(Part):
 
     coefficient: float  # coefficient of friction µ, at cycle 0 where it changes
     least: float  # smallest coefficient of all cycles
-    follows_slip = False  # whether µ differs between places that have slipped and others
-    ratio: float | Array = 1.0  # µ of each place over the coefficient, where it follows slip
+    follows_slip = False  # whether µ depends on the place through its slip
+    ratio: float | Array = 1.0  # µ of each place over the coefficient, if it follows slip
 
     def after(self, energy: Array | None) -> Friction:
         """The friction of places that have dissipated an energy per area, J/m²."""
@@ -193,7 +193,7 @@ class Coulomb(Friction):
 
     @property
     def follows_slip(self) -> bool:  # type: ignore[override]
-        """Whether µ differs between places that have slipped and others."""
+        """Whether µ depends on the place through its slip."""
         return isinstance(self.friction, OverEnergy)
 
     def after(self, energy: Array | None) -> Coulomb:

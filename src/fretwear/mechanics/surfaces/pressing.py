@@ -20,7 +20,7 @@ class Imposed(Part):
     Loads are forces or, in a line contact, forces per length.
     """
 
-    letter: ClassVar[str] = ""  # stands for it in the id of a case
+    letter: ClassVar[str] = ""  # symbol in the id of a case
 
     def slug_in(self, frame: ContactFrame) -> str:
         """Letter and value: ``P50N``, in a line contact ``P18.5N_mm``; ``d2.2um``, ``X0.8``."""
@@ -46,7 +46,7 @@ class Normal(Imposed):
         return self.held[0] is not None
 
     def hertz(self, smooth: HertzContact) -> HertzContact:
-        """Unworn smooth contact, from the same contact under any load."""
+        """The unworn smooth contact, from the same contact under any load."""
         load, approach = self.held
         if load is not None:
             return smooth.with_load(load)

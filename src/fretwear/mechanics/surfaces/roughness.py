@@ -21,11 +21,11 @@ _Value = TypeVar("_Value")
 
 # Period of a random surface, in roll-off wavelengths.
 _PERIODS = 16
-# Largest ratio of its wavelengths: to sum the waves of a broader spectrum takes too much time and
+# Largest ratio of its wavelengths; summing the waves of a broader spectrum takes too much time and
 # memory.
 _BROADEST = 128.0
-# Height that it hardly reaches anywhere, height of its tips, and its steepest slope, over the root
-# mean square.
+# Height that it rarely exceeds, height of its tips, and its steepest slope, over the root mean
+# square.
 _HIGHEST = 6.0
 TIPS = 2.5
 STEEPEST = 3.0
@@ -33,7 +33,7 @@ STEEPEST = 3.0
 
 @dataclasses.dataclass(frozen=True)
 class Tip:
-    """A tip of a surface: curvatures along x and y, 1/m, and how far apart tips in a row are, m.
+    """A tip of a surface: curvatures along x and y, 1/m, and distances of tips in a row, m.
 
     Rows lie half as far apart and are shifted by half: two tips share the area of both distances.
     """
@@ -48,7 +48,7 @@ class Roughness(Part):
     """Deviations of the surfaces from their smooth shape."""
 
     detail: ClassVar[str] = "wave"  #: word for the feature whose length is `finest`
-    cells: ClassVar[int] = 16  #: how many resolve it; half as many would just suffice
+    cells: ClassVar[int] = 16  #: cells that resolve it; half as many just suffice
 
     @property
     def even(self) -> Even:
@@ -71,9 +71,9 @@ class Roughness(Part):
 
         A pressure uniform on cells displaces their centres less than a wave of it does, by (kΔ)²/24
         for a wave number k along each axis; the mean of a height is smaller by as much. With
-        heights at the centres, tips that hardly yield would do so by a tenth more. The centres of
-        the cells along either axis, m, have shapes (nx,) and (ny,); without widths of the cells, m,
-        it is the height of these points.
+        heights at the centres, tips that hardly yield would yield a tenth more. The centres of the
+        cells along x and y, m, have shapes (nx,) and (ny,). Without widths of the cells, m, the
+        result is the height of these points.
         """
         if cell is None:
             return self.height(x[:, None], y)
@@ -105,7 +105,7 @@ class Roughness(Part):
 
     @property
     def steepest(self) -> float:
-        """Steepest slope, nearly."""
+        """Steepest slope, approximately."""
         return 2.0 * math.pi * self.highest / min(self.finest)
 
     @property
@@ -120,12 +120,12 @@ class Roughness(Part):
 
     @property
     def is_known(self) -> bool:
-        """Whether heights are available, which they are not if a file is missing."""
+        """Whether heights are available; they are not if a file is missing."""
         return True
 
     @property
     def tip(self) -> Tip | None:
-        """The tip, if all are alike and longer than the length in `finest`."""
+        """The tip, if all tips are alike and longer than `finest`."""
         return None
 
     @property
@@ -144,7 +144,7 @@ class WavyRoughness(Roughness):
     It is added to the gap, which is largest at the origin: there the body has a valley, and its
     first tips are half a wavelength away. The mean slope of a wave along its direction is tanθ, and
     its length λ = 4h_a/tanθ: k_x follows from θ_x and k_y from θ_y. (Equation (12) of the source
-    study has θ_y in both as printed.) An amplitude of zero is a smooth surface whatever the slopes.
+    study, as printed, has θ_y in both.) At zero amplitude the surface is smooth for all slopes.
     """
 
     amplitude: Annotated[
@@ -233,9 +233,9 @@ class SelfAffineRoughness(Roughness):
 
     Its power spectral density is constant for wavelengths above the roll-off one, falls with the
     power −2 − 2H of the wave number down to the shortest wavelength, and ends there. The surface is
-    the sum of the waves on a lattice of wave vectors, of amplitudes that follow from the spectrum
-    and of random phases; it repeats after 16 roll-off wavelengths. Neither depends on a grid, and
-    a smaller shortest wavelength adds waves and, for the same seed, keeps the others.
+    the sum of the waves on a lattice of wave vectors, with amplitudes from the spectrum and random
+    phases; it repeats after 16 roll-off wavelengths. Neither depends on a grid. A smaller shortest
+    wavelength adds waves and, for the same seed, keeps the others.
 
     Along the lay of an anisotropic surface all wavelengths are longer: along x by the factor
     ``anisotropy``, or along y by its inverse if it is less than 1.
@@ -280,7 +280,7 @@ class SelfAffineRoughness(Roughness):
     ] = 1.0
     kind: Literal["self_affine"] = "self_affine"
 
-    # The shortest waves are the lowest of all.
+    # The shortest waves are the lowest ones.
     detail: ClassVar[str] = "shortest wave"
     cells: ClassVar[int] = 8
 
@@ -304,7 +304,7 @@ class SelfAffineRoughness(Roughness):
             for k, width in zip((along_x, along_y), cell or (0.0, 0.0), strict=True)
         )
         waves = self._waves * np.outer(*means)
-        # If the columns lie alike on both sides of x = 0, one side gives the other.
+        # If the columns are symmetric about x = 0, one side gives the other.
         half = len(x) // 2 if np.array_equal(x, -x[::-1]) else 0
         phases = np.outer(along_y, y)
         cosines, sines, real, imaginary = np.cos(phases), np.sin(phases), waves.real, waves.imag

@@ -1,7 +1,7 @@
 """A setup: the parts of a fretting contact, and what follows from them at a cycle.
 
 A case of a study and the problem of the integrator are setups; a setup knows neither cells nor
-tolerances. It never changes, so it keeps what follows from it: a plan asks for it again and again.
+tolerances. It never changes, so it caches what a plan asks for again and again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _SURFACES = Indenter, Roughness
 
 
 def block_at(blocks: Sequence[tuple[float, Kind]], cycle: float) -> Kind:
-    """The block in force at a cycle; each stands beside the cycle at which it ends."""
+    """The block in force at a cycle, of pairs of blocks and the cycles at which they end."""
     return next((block for end, block in blocks if cycle <= end), blocks[-1][1])
 
 
@@ -137,7 +137,7 @@ class Setup:
     # What changes over the cycles.
 
     def at(self, cycle: float) -> Self:
-        """The setup at a cycle, each part as it is then; itself if no part has changed."""
+        """The setup at a cycle, with each part as it is then; itself if none has changed."""
         changed = {
             name: new
             for name, part in self.parts.items()
@@ -192,7 +192,7 @@ class Setup:
         """Contact radius a of the smooth elastic bodies, or half-width of the cylinder, in m.
 
         For an elliptical contact, it is the radius of a circle of the same area. It also sets the
-        scale of contacts outside Hertz's theory, but is not among their coordinates.
+        scale of contacts outside Hertz's theory, but is not one of their coordinates.
         """
         return self.hertz.contact_radius
 
@@ -203,9 +203,9 @@ class Setup:
 
     @cached_property
     def small_stroke(self) -> float:
-        """Sliding amplitude, m, up to which bodies need not be seen to move.
+        """Sliding amplitude, m, up to which the motion of the bodies may be neglected.
 
-        It is small beside the contact, and beside a rounded edge at which the pressure peaks.
+        It is small against the contact, and against a rounded edge at which the pressure peaks.
         """
         half_width, _ = self.indenter.half_widths(self.hertz)
         return SMALL_STROKE * min(half_width, self.indenter.edge(self.hertz))
@@ -241,7 +241,7 @@ class Setup:
 
     @property
     def wears_unevenly(self) -> bool:
-        """Whether a stroke has another load on either side of its middle."""
+        """Whether the load of a stroke differs between the two sides of its middle."""
         return self.normal.pulsating_load < 1.0 and self.loading.travel > 0.0
 
     @property
@@ -253,7 +253,7 @@ class Setup:
         return x, y
 
     def load_at(self, phase: _Phase) -> _Phase:
-        """The load, N, where the motion is at a part of its amplitude, from −1 to 1."""
+        """The load, N, when the motion is at a fraction of its amplitude, from −1 to 1."""
         falls = 0.5 * (1.0 - self.normal.pulsating_load) * (1.0 - phase)
         return self.hertz.load * (1.0 - falls)
 
@@ -280,7 +280,7 @@ class Setup:
     def tangential_ratio(
         self,
     ) -> Annotated[float, Quantity("1", "$Q/µP$", "tangential load ratio")]:
-        """X = Q/(µP); for the unworn smooth contact if a displacement is imposed."""
+        """X = Q/(µP); that of the unworn smooth contact if a displacement is imposed."""
         return self.loading.ratio(*self._unworn)
 
     @property
@@ -294,14 +294,14 @@ class Setup:
     def displacement_amplitude(
         self,
     ) -> Annotated[float, Quantity("m", "$U$", "displacement amplitude", "um")]:
-        """Amplitude U of the imposed displacement, m, however it was given."""
+        """Amplitude U of the imposed displacement, m, in whichever form it was given."""
         return self.loading.displacement(*self._unworn)
 
     @property
     def displacement_ratio(
         self,
     ) -> Annotated[float, Quantity("1", "$U/U_t$", "displacement ratio")]:
-        """U over that at which the unworn smooth contact begins to slide as a whole."""
+        """U over the displacement at which the unworn smooth contact begins to slide as a whole."""
         return self.displacement_amplitude / self.loading.transition(*self._unworn)
 
     @property
@@ -321,9 +321,9 @@ class Setup:
 
     @cached_property
     def tilt(self) -> float:
-        """Slope of the reduced contact along x by which a bulk stress moves the stick zone.
+        """Slope of the reduced contact along x through which a bulk stress moves the stick zone.
 
-        It stretches the flat by ε = µκ times the slope while the force rises to its amplitude.
+        The stress stretches the flat by ε = µκ times the slope at the amplitude of the force.
         """
         strain = self.bulk_stress * self.bodies.stretch(plane_strain="y" not in self.frame.axes)
         return strain / (self.friction_law.coefficient * self.coupling)
@@ -352,10 +352,10 @@ class Setup:
 
     @property
     def unworn_means(self) -> Means:
-        """Means of the unworn smooth contact, to estimate wear by; at low power.
+        """Means of the unworn smooth contact, to estimate wear; at low power.
 
-        A sphere that begins to slide as a whole slips by 0.2 of the displacement U in the mean,
-        less before in proportion to the squared load ratio, and later by U less 0.8 of that.
+        Mean slip of a sphere: 0.2 of the displacement U at the onset of gross sliding, in
+        proportion to the squared load ratio before it; U less 0.8 of its value there afterwards.
         """
         friction, hertz = self.friction_law.coefficient, self.hertz
         stuck = self.stick_load
@@ -370,7 +370,7 @@ class Setup:
         return Means(0.0, hertz.mean_pressure, slip, wide, high if "y" in self.frame.axes else inf)
 
     def under(self, means: Means) -> Self:
-        """The setup with the constant wear coefficient that a contact of these means has."""
+        """The setup with the constant wear coefficient of a contact of these means."""
         law = self.wear_law.under(means, self.frequency)
         return self if law is self.wear_law else self.changed(wear_law=law)
 
@@ -388,7 +388,7 @@ class Setup:
 
     @property
     def wear_ratio(self) -> float | Array:
-        """K of each place over `combined_wear_coefficient`, where friction follows slip."""
+        """K of each place over `combined_wear_coefficient`, if friction follows slip."""
         return self.friction_law.ratio if self.wear_law.follows_friction else 1.0
 
     @property

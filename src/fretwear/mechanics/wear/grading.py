@@ -1,4 +1,4 @@
-"""Where rings and strips are narrow: widths graded to the edges of stick and of contact."""
+"""Graded widths of rings and strips, narrow at the edges of stick and of contact."""
 
 from __future__ import annotations
 
@@ -13,43 +13,43 @@ from fretwear.mechanics.contact.strips import Strips
 from fretwear.mechanics.wear.state import Stage, WearProblem
 from fretwear.theory import LimitingState, LineContact, share_of_band
 
-# A step seldom widens a contact by more, and extending the cells beforehand costs less than
-# repeating the step.
+# A step seldom widens a contact by more; extending the cells beforehand costs less than repeating
+# the step.
 WIDENED = 1.04
-# Width of the rings in units of the slip annulus or the stick radius: narrowest where the elastic
-# pressure grows without bound, widest near the edge of contact. There and elsewhere they are at
-# most such parts of the contact.
+# Width of the rings in units of the slip annulus or the stick radius: narrowest at the stick edge,
+# where the elastic pressure grows without bound, widest near the edge of contact. At both places
+# they are at most such fractions of the contact.
 NARROWEST_RING = 1.0 / 1500.0
 _ACROSS_SLIP, _ACROSS_STICK = 40.0, 200.0
 _WIDEST_IN_SLIP, _WIDEST = 0.006, 0.016
-# Width about the edge of the unworn contact, whose position is known to a fraction of a ring.
+# Width at the edge of the unworn contact, whose position is known to a fraction of a ring.
 _AT_CONTACT = 0.002
-# Growth of the width with the distance from where it is least.
+# Growth of the width with the distance from its minimum.
 _GRADING = 0.2
-# Rings across the band that yields in the limit of many cycles, and so many bands, within and
-# beyond the stick edge, where they are narrowest; the edge moves inward, and the rings follow when
-# fewer bands are left.
+# Number of rings across the band that yields in the limit of many cycles, and number of such bands
+# inside and outside the stick edge over which rings are narrowest. The edge moves inward, and the
+# rings follow when fewer bands are left.
 _ACROSS_BAND = 9.0
 _AHEAD, _BEHIND, _LEFT = 4.0, 1.0, 1.0
 _MOST_BANDED = 75.0
 _LEAST_ANNULUS = 1e-3
-# Peak pressure over the plastic limit, above which rings are graded as for bodies that yield.
+# Peak pressure over the plastic limit, above which rings are graded for bodies that yield.
 _NEARLY = 0.9
-# Rings are replaced when they are wider than new ones by this factor.
+# Rings are replaced once they are wider than new ones by this factor.
 _LENIENT = 1.5
 _SAMPLES = 2001
-# Stick radius over the contact radius, below which rings are graded as for a contact that slides as
-# a whole: less than a part in 10⁷ of its area sticks.
+# Stick radius over the contact radius below which rings are graded for gross sliding: less than a
+# part in 10⁷ of the area sticks.
 _LEAST_STICK = 3e-4
-# Widths of strips in units of the Hertzian half-width: the narrowest, at the stick edge, where the
+# Widths of strips in units of the Hertzian half-width: the narrowest at the stick edge, where the
 # elastic pressure grows without bound, and the widest; and growth of the width with the distance.
 NARROWEST_STRIP, _WIDEST_STRIP, _STRIP_GRADING = 1e-4, 0.004, 0.05
-# The widest in units of the present half-width of a contact that slides as a whole.
+# Widest strip in units of the present half-width of a contact in gross sliding.
 _WIDEST_SLIDING = 0.006
 # Least number of strips across an unworn slip zone.
 _STRIPS_ACROSS_SLIP = 20.0
-# Where bodies yield, the stick edge moves inward, and the band that yields moves with it: there
-# strips stay narrow longer, and a band in the limit of many cycles has so many of them at first.
+# If bodies yield, stick edge and yielding band move inward. So widths grow more slowly there, and a
+# band in the limit of many cycles has so many strips at first.
 _INWARD_GRADING, _STRIPS_ACROSS_BAND = 0.03, 6.0
 
 
@@ -76,7 +76,7 @@ class Grading:
         limiting = LimitingState(hertz, ratio) if 0.0 < ratio < 1.0 else None
         if limiting is not None:
             contact = max(contact, min(limiting.contact_radius, 2.0 * contact))
-        # Where all rings stick the annulus is narrower than one of them.
+        # If all rings stick, the annulus is narrower than one of them.
         contact = max(contact, (1.0 + _LEAST_ANNULUS) * stick) if stick >= contact else contact
         narrowest = NARROWEST_RING * min(contact - stick, stick or contact)
         if not yields or stick == 0.0:
@@ -88,10 +88,10 @@ class Grading:
             punch = hertz.load / (2.0 * math.pi * stick * problem.slip_limit)
             band = min(0.5 * punch**2 / stick, stick)
         finest = min((contact - stick) / _ACROSS_SLIP, stick / _ACROSS_STICK)
-        # A band too narrow for the rings of an elastic contact to yield leaves them as they are.
+        # A band too narrow for the rings of an elastic contact to yield does not change them.
         share = share_of_band(band, narrowest)
         narrowest *= (min(finest, band / _ACROSS_BAND) / narrowest) ** share
-        # If the slip annulus needs narrower rings than a wide band, a limited number suffices.
+        # If the slip annulus needs narrower rings than a wide band does, a limited number suffices.
         band = min(share * band, _MOST_BANDED * narrowest)
         return cls(stick, contact, unworn, narrowest, _AHEAD * band, _BEHIND * band, coarseness)
 
@@ -159,7 +159,7 @@ def next_rings(rings: Rings, problem: WearProblem, stage: Stage) -> Rings:
 def first_strips(problem: WearProblem) -> Strips:
     """Strips for the first loading of a problem, graded to the edge of its stick zone.
 
-    Strips of a rough contact, which sticks and slips in many places, are equal.
+    A rough contact, which sticks and slips in many places, has equal strips.
     """
     hertz, outer, wider = problem.hertz, problem.extent[0], problem.coarseness
     assert isinstance(hertz, LineContact)
@@ -175,12 +175,12 @@ def first_strips(problem: WearProblem) -> Strips:
     if not math.isinf(problem.slip_limit):
         limiting = problem.indenter.limiting(hertz, min(1.0 - load / hertz.load, 0.9999))
         band = limiting.width_above(problem.slip_limit)
-        # A band too narrow for the strips of an elastic contact to yield leaves them as is.
+        # A band too narrow for the strips of an elastic contact to yield does not change them.
         share = share_of_band(band, narrowest)
         narrowest *= min(1.0, band / _STRIPS_ACROSS_BAND / narrowest) ** share
         inward *= min(1.0, _INWARD_GRADING / inward) ** share
     widths = narrowest, _WIDEST_STRIP * scale
-    # A strip that holds no more than the stick zone would be a sliver.
+    # A strip that holds only the stick zone would be a sliver.
     stick = stick if stick > narrowest else 0.0
     inner = stick - _distances(stick, *widths, inward)[::-1]
     inner[0] = 0.0
@@ -189,9 +189,9 @@ def first_strips(problem: WearProblem) -> Strips:
 
 
 def widened_strips(strips: Strips, problem: WearProblem, stage: Stage) -> Strips:
-    """Wider strips where a smooth contact slides as a whole; else the same.
+    """Wider strips if a smooth contact slides as a whole; otherwise the same ones.
 
-    It has no edge of stick, and its scar may become many times wider than the unworn contact.
+    Without a stick edge nothing needs narrow strips, and the scar may outgrow the unworn contact.
     """
     if problem.wavelengths is not None or stage.reduced.pressure.any():
         return strips

@@ -34,12 +34,12 @@ from fretwear.mechanics.wear.window import first_cells, holding_cells, next_cell
 
 
 class _Tableau:
-    """The numbers of TR-BDF2, by parts of a step; both stages have the same implicit weight."""
+    """The numbers of TR-BDF2, in fractions of a step; both stages have the same implicit weight."""
 
     middle = 2.0 - sqrt(2.0)  #: end of the first stage, γ
     implicit = 0.5 * (2.0 - sqrt(2.0))  #: weight of the rate at the end of either stage
     explicit = 0.25 * sqrt(2.0)  #: weight of the first two rates in the second stage
-    #: Length of the second stage over the first, to extrapolate a change that continues.
+    #: Length of the second stage over the first, by which a change is extrapolated.
     ratio = (1.0 - middle) / middle
     #: Weights of the rates at the start, in between and at the end, of second and third order.
     weights = explicit, explicit, implicit
@@ -57,20 +57,20 @@ _ACCEPTED, _SAFETY = 1.2, 0.85
 _SMALLEST_STEP, _SMALLEST_FACTOR, _LARGEST_FACTOR = 1e-6, 0.2, 5.0
 
 _FIRST_STEP = 0.09
-# Each of the steps that lead to a requested cycle leaves this part of the way to the next, until
-# the rest is so many times in which the pressure of a cell settles, or this part of a usual step.
+# Each of the steps before a requested cycle leaves this part of the remaining way, until the way is
+# so many settling times of the pressure of a cell, or this part of a usual step.
 _LEFT, _SETTLED, _SHORTEST = 0.25, 1.5, 1e-3
-# A step shorter than this part of the usual one is no measure of how fields change over the next.
+# A step shorter than this part of the usual one does not tell how fields change over the next.
 _SHORT = 0.5
-# Largest number of contacts of a loading, and of loadings anew on cells that suit the loaded bodies
-# better.
+# Largest number of contacts of a loading, and of repeated loadings on cells that suit the loaded
+# bodies better.
 _LARGEST_SWEEPS, _RELOADED = 60, 6
-# Fraction of the tolerance for a contact that slides as a whole, whose pressure has twenty times
-# the error of the wear.
+# Fraction of the tolerance for gross sliding, where the pressure has twenty times the error of the
+# wear.
 _GLIDING = 0.25
 # Weight of the error of friction over the weight of the error of wear.
 _OF_FRICTION = 6.0
-# The same for the energy that changes friction. Rates have a kink where the edge of stick passes:
+# The same for the energy that changes friction. Where the stick edge passes, rates have a kink;
 # there the embedded weights differ from the step by no more than its error, and runs on other cells
 # err alike. With a third of this weight, 8 of 20 line contacts wear a volume whose error is larger
 # than estimated.
@@ -86,7 +86,7 @@ class WearError(RuntimeError):
 
 
 def assessed(error: float) -> tuple[float, bool]:
-    """Factor for the next step from an error in units of the tolerance; whether to accept it."""
+    """Factor for the next step, from an error over the tolerance; whether to accept this step."""
     if not isfinite(error):
         return _SMALLEST_FACTOR, False
     factor = _SAFETY * max(error, 1e-6) ** (-1.0 / 3.0)
@@ -94,10 +94,10 @@ def assessed(error: float) -> tuple[float, bool]:
 
 
 class Integrator(ABC, Generic[StateT]):
-    """Produces the accepted states of a block of loading in turn.
+    """Produces the accepted states of one block of loading.
 
-    ``state`` is the last accepted one, None before the first loading, and ``tolerance`` the error
-    of the wear of a step relative to the wear volume.
+    ``state`` is the last accepted one, None before the first loading. ``tolerance`` is the error of
+    the wear of a step relative to the wear volume.
     """
 
     def __init__(self, problem: WearProblem, state: StateT | None, tolerance: float) -> None:
@@ -116,14 +116,14 @@ class Integrator(ABC, Generic[StateT]):
 
     @abstractmethod
     def load(self) -> None:
-        """Load the bodies anew: unworn ones, or as the state has left them."""
+        """Load the bodies: unworn ones, or those of the last state."""
 
     @abstractmethod
     def attempt(self, step: float, end: float, *, output_step: bool) -> Attempt[StateT]:
-        """Step by so many cycles to an end that may be requested; None to try again on more cells.
+        """Take a step of some cycles to an end that may be requested; None to repeat on more cells.
 
         It returns the state at the end, the factor for the next step, and whether to accept this
-        one, and raises a ContactError or numpy.linalg.LinAlgError if it is too long to converge.
+        one. Raises a ContactError or numpy.linalg.LinAlgError if it is too long to converge.
         """
 
     def settling(self) -> float:
@@ -133,12 +133,12 @@ class Integrator(ABC, Generic[StateT]):
     def advance(self, stop: float, *, requested: bool = True) -> StateT:
         """The next accepted state, at ``stop`` or before; a `WearError` if no step is accurate.
 
-        A cell that first touches within a step has no pressure at its start. So a stage assumes
-        too little exposure, and returns up to twice the pressure at which the cell wears as fast
-        as its gap closes. Later steps correct this. That is why ever shorter steps lead to a
-        ``requested`` stop, until hardly a cell first touches within the last.
+        A cell that first touches within a step has no pressure at its start. So a stage assumes too
+        little exposure, and its pressure is up to twice the one at which the cell wears as fast as
+        its gap closes. Later steps correct this. So ever shorter steps lead to a ``requested``
+        stop, until hardly any cell first touches within the last one.
         """
-        # The first guess of a loading follows the peak pressure, which may not wear anything.
+        # The first length after a loading follows the peak pressure, where nothing may wear.
         length = max(self.state.next_step, _SMALLEST_STEP)
         trouble = "wear asks for shorter ones"
         settled = inf
@@ -146,7 +146,7 @@ class Integrator(ABC, Generic[StateT]):
             settled = max(_SETTLED * self.settling(), _SHORTEST * length, _SMALLEST_STEP / _LEFT)
         while True:
             now, left = self.state.cycle, stop - self.state.cycle
-            # Steps of one length up to a stop, rather than a short one at the end.
+            # Steps of equal length up to a stop avoid a short one at the end.
             step = left if length >= left else min(length, max(0.5 * left, 0.5 * length))
             if length >= left > settled:
                 step = (1.0 - _LEFT) * left
@@ -171,7 +171,7 @@ class Integrator(ABC, Generic[StateT]):
             trouble = f"the error is estimated as {estimate:.1e} instead of {self.tolerance:.1e}"
         following = step * factor
         if step < length and factor >= 1.0:
-            # The step was cut short by a stop, which says nothing about the next one.
+            # A stop shortened the step, which says nothing about the next one.
             following = max(following, length)
         self.state = replace(state, next_step=following)
         return self.state
@@ -183,9 +183,9 @@ def march(
     state: StateT | None,
     begin: Callable[[WearProblem, StateT | None], Integrator[StateT]],
 ) -> Iterator[StateT]:
-    """Yield each accepted state of all blocks of a problem, up to the last of some stops.
+    """Yield each accepted state of all blocks of a problem, up to the last stop.
 
-    ``begin`` makes the integrator of a block from the state before, if there is one.
+    ``begin`` makes the integrator of a block from the last state, or None.
     """
     first = 0.0
     for last, setup in problem.blocks or ((inf, problem),):
@@ -216,8 +216,8 @@ def evolve(
     A step ends exactly at each of the increasing cycles ``stops``, the last of which ends the run.
     ``tolerance`` is the error of one step's wear relative to the wear volume, and ``accuracy`` has
     the tolerances of the contacts. A run resumes from ``start``, a state that was yielded before
-    and is not yielded again. A `WearError` says that no step is accurate, however short, a
-    `fretwear.mechanics.contact.problem.ContactError` that the first loading does not converge.
+    and is not yielded again. It raises a `WearError` if no step is accurate, however short, and a
+    `fretwear.mechanics.contact.problem.ContactError` if the first loading does not converge.
     """
     return march(problem, stops, start, partial(Evolution, tolerance=tolerance, accuracy=accuracy))
 
@@ -229,12 +229,12 @@ def first_loading(
     previous: State | None = None,
     cells: Geometry | None = None,
 ) -> State:
-    """The state with which a loading begins, yielded where the plastic limit requires it.
+    """The state at the start of a loading; its cells yield at the plastic limit.
 
-    ``before`` is what an earlier loading has left; None for unworn bodies at cycle 0. Unless there
-    are other ``cells``, it is on the same ones, or on the first of the problem. A
-    `fretwear.mechanics.contact.problem.ContactError` says that the contact does not converge, or
-    that the limit, which no step can be halved for, does not settle.
+    ``previous`` is the state that an earlier loading has left; None for unworn bodies at cycle 0.
+    It is on ``cells``, or else on those of ``previous`` or the first of the problem. Raises a
+    `fretwear.mechanics.contact.problem.ContactError` if the contact does not converge, or if the
+    pressure limit does not settle, for which no step can be halved.
     """
     workspace, accuracy = workspace or Workspace(problem), accuracy or Accuracy()
     geometry = cells or (first_cells(problem) if previous is None else previous.geometry)
@@ -305,7 +305,7 @@ def first_loading(
 class _FrictionOverStep:
     """The energy per area that friction follows, J/m², over the stages of a step.
 
-    It is integrated by the weights of the step, like wear; first guesses extrapolate its rates.
+    The weights of the step integrate it, as they do wear; first guesses extrapolate its rates.
     """
 
     def __init__(self, base: State, now: WearProblem, step: float) -> None:
@@ -332,12 +332,12 @@ class _FrictionOverStep:
         return Dissipation(known, cycles, known + cycles * ahead)
 
     def error(self, problem: WearProblem, stage: Stage) -> float:
-        """The error of friction in the slip zone, or of the energy, as one of the wear of a step.
+        """The error of friction in the slip zone, or of the energy, as an error of a step's wear.
 
-        Both are relative, by the embedded weights.
+        Both are relative and follow from the embedded weights.
         """
         energy = stage.friction_energy
-        # Within a cycle friction stays as it is.
+        # Within a cycle friction does not change.
         if self._start is None or energy is None or not self._step > 1.0:
             return 0.0
         rates = *self._rates, problem.energy_rate(stage)
@@ -363,21 +363,21 @@ class Evolution(Integrator[State]):
     ) -> None:
         super().__init__(problem, state, tolerance * problem.geometry.of_tolerance)
         self.accuracy = accuracy or Accuracy()
-        self._convolutions = 0  # since the state
+        self._convolutions = 0  # spent since the state
 
     def load(self) -> None:
         """Load the bodies anew."""
         problem, previous, spent = self.problem, self.previous, 0
         self.state = first_loading(problem, self.accuracy, self.workspace, previous)
-        # A state on any of these cells has converged; later ones only suit it better.
+        # A state on any of these cells has converged; later cells only suit it better.
         for _ in range(_RELOADED):
             fitting = next_cells(self.state.geometry, problem, self.state)
             if self.state.geometry.where(fitting)[0].stop:
                 self._move_to(fitting)
                 break
-            # The edge of stick of bodies that yield is not where cells expected it. Fields moved to
-            # cells that suit it are out of equilibrium, by more than a first step wears. A plastic
-            # depth is moved before it grows, or it might fall in places: cubics of two may cross.
+            # The stick edge of bodies that yield is not where the cells expected it. Fields moved
+            # to cells that suit it are out of equilibrium by more than a first step wears. A
+            # plastic depth is moved before it grows: cubics at two times might let it fall.
             spent += self.state.convolutions - getattr(previous, "convolutions", 0)
             self.state = first_loading(problem, self.accuracy, self.workspace, previous, fitting)
         self.state = replace(self.state, convolutions=self.state.convolutions + spent)
@@ -396,7 +396,7 @@ class Evolution(Integrator[State]):
 
     def advance(self, stop: float, *, requested: bool = True) -> State:
         """The next accepted state, on cells that suit it."""
-        # Fields moved to other cells are not quite in equilibrium, which short steps do not mend.
+        # Fields moved to other cells are slightly out of equilibrium; short steps do not mend it.
         if stop - self.state.cycle > _SHORT * self.state.next_step:
             self._move_to(next_cells(self.state.geometry, self.problem, self.state))
         return super().advance(stop, requested=requested)
@@ -414,7 +414,7 @@ class Evolution(Integrator[State]):
         now, means = problem.worn_by(base, base.cycle, geometry)
         early, middle = numbers.middle * step, base.cycle + numbers.middle * step
         friction = _FrictionOverStep(base, now, step)
-        # The means that the wear coefficient follows lag by one stage.
+        # The means that the wear coefficient follows are those of the stage before.
         then, early_friction = problem.at(middle).under(means), friction.first()
         if early_friction is not None:
             then = then.slipped(early_friction.energy)
@@ -470,7 +470,7 @@ class Evolution(Integrator[State]):
         return state, factor, accepted
 
     def _withheld(self, step: float, *setups: WearProblem) -> float | Array:
-        """The depth, m, that a threshold withholds over a step, from setups at its three times."""
+        """The depth, m, that a threshold withholds over a step with setups at its three times."""
         depths = (setup.withheld_depth for setup in setups)
         return step * sum(w * d for w, d in zip(TR_BDF2.weights, depths, strict=True))
 
@@ -527,38 +527,38 @@ class Evolution(Integrator[State]):
         """Relative error of the wear of a step, factor for the next one, whether to accept it.
 
         The setups hold at the start of the step and at the end of each stage. A threshold has
-        withheld a depth, m, from the wear of the step, and friction may be off by a fraction.
+        withheld a depth, m, from the wear of the step. Friction may be in error by a fraction.
         """
         base, problem = self.state, setups[-1]
         rates = [setup.local_wear_growth for setup in setups]
         integral, gap, kept = base.geometry.integral, base.reduced.gap, problem.debris_fraction
         opens, volume = 1.0 - kept, integral(second.wear)
         if problem.friction_law.follows_slip:
-            # Friction may change at once; the wear of a cycle is a measure of that nevertheless.
+            # Friction may change suddenly, but the wear of a cycle remains the measure.
             volume /= min(base.cycle + step, 1.0)
         if volume == 0:
             return friction_error, *assessed(friction_error / self.tolerance)
 
         def exponent(weights: Sequence[float]) -> Array:
-            """X = β∫p dN over the step by weights of its three pressures."""
+            """X = β∫p dN over the step, by weights of its three pressures."""
             start, middle, end = (b * step * w for b, w in zip(rates, weights, strict=True))
             return start * base.pressure + middle * first.pressure + end * second.pressure
 
         def lost(gap: Array, difference: Array) -> Array:
-            # A step far too long overflows; its error is then not finite, which rejects it.
+            # A far too long step overflows; its error is not finite, which rejects it.
             with np.errstate(over="ignore", invalid="ignore"):
                 return np.abs(gap * (np.expm1(opens * difference) / opens if opens else difference))
 
         most: Array | float = inf
         if base.reduced.follows_pressure:
-            # Pressure soon leaves a cell that begins to slip, which bounds the error of its wear.
+            # The pressure soon leaves a cell that begins to slip, which bounds its error.
             most = np.abs(second.opening - base.opening)
         elif problem.wear_threshold:
             most = np.abs(second.wear - base.wear)
         error = integral(np.minimum(lost(second.reduced.gap, exponent(TR_BDF2.difference)), most))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):
-            # Slip that changes evenly over the whole step rather than over each stage.
+            # Slip that changes evenly over the whole step instead of over each stage.
             x, shift = exponent(TR_BDF2.weights), second.source_since(base, model)
             layer = model.wear_layer(base.opening, gap, shift, opens * x, 0.0, opens * withheld)
             worn = layer.displacement(second.pressure)

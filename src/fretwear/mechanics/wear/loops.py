@@ -1,13 +1,13 @@
 """The loop of force and displacement of a cycle.
 
 Under P = const the tangential force rises from zero by µ (P − P') as P' falls from P to P*, while
-distant points move by µκ (d − d'), d' being the approach of the same shape under P': one family of
-normal contacts gives the whole curve. After a reversal it is followed at twice the size (Masing
-1926; for contacts Jäger 1998).
+distant points move by µκ (d − d'), d' being the approach of the same shape under P'. So one family
+of normal contacts gives the whole curve. After a reversal the curve is followed at twice the size
+(Masing 1926; for contacts Jäger 1998).
 
-The curve of d against P is concave, and Betti's theorem gives the area between it and a chord
-without any contact in between: twice that area is ∬ p g dA with the pressure at one end and the gap
-at the other. With the area of the whole curve, ∮ Q dδ = ∬ 4µps dA.
+The curve of d against P is concave. Betti's theorem gives the area between the curve and a chord
+without contacts in between: twice that area is ∬ p g dA with the pressure at one end and the gap at
+the other. With the area of the whole curve, ∮ Q dδ = ∬ 4µps dA.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from fretwear.mechanics.slip.models import Pressed, ReducedContact, contact_unde
 from fretwear.mechanics.wear.state import Pulse, State, WearProblem, Workspace
 from fretwear.theory import HertzContact
 
-# Points of a quarter of a loop, contacts solved between its ends, and how well they must predict
-# its next point.
+# Points of a quarter of a loop, largest number of contacts solved between its ends, and accuracy
+# with which they must predict the next point.
 POINTS, _CONTACTS, _CLOSE = 64, 4, 1e-3
-# The area of a curve with an arc this flat gives it more accurately than contacts are solved.
+# Flatter arcs need no contacts: the area of the curve gives them more accurately.
 _STRAIGHT, _TOLERANCE = 1e-6, 1e-5
 # Exponent of the load in the approach of a sphere.
 _SPHERE = 2.0 / 3.0
@@ -33,7 +33,7 @@ _SPHERE = 2.0 / 3.0
 
 @dataclass(frozen=True)
 class Loop:
-    """Force, N, and displacement, m, round one cycle from +Q to −Q and back.
+    """Force, N, and displacement, m, over one cycle from +Q to −Q and back.
 
     There are 4 · `POINTS` + 1 phases, the first equal to the last; the displacement includes the
     rig in series.
@@ -45,10 +45,10 @@ class Loop:
 
 
 def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
-    """The loop of a state, whose shape is kept during the cycle.
+    """The loop of a state, whose shape does not change during the cycle.
 
-    At most ``contacts`` contacts between P and P* are solved, fewer if the curve is accurate before
-    to a thousandth of the displacement.
+    At most ``contacts`` contacts between P and P* are solved, fewer if the curve is accurate to a
+    thousandth of the displacement with less.
     """
     problem: WearProblem = workspace.problem.of(state)
     coefficient, flexibility = problem.friction_law.coefficient, problem.flexibility
@@ -73,7 +73,7 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
         displacement = displacement + flexibility * force
         largest = problem.tangential_displacement(state.approach, state.reduced)
         largest += flexibility * float(force[-1])
-    # From +Q down: twice the curve, then gliding to the other end where the whole contact slides.
+    # From +Q down: twice the curve; then gliding to the other end if the whole contact slides.
     glide = np.linspace(largest - 2.0 * displacement[-1], -largest, POINTS + 1)[1:]
     falling = np.concatenate([largest - 2.0 * displacement, glide])
     path = np.concatenate([force[-1] - 2.0 * force, np.full(POINTS, -force[-1])])
@@ -86,8 +86,8 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
 def _pulsating_loop(problem: WearProblem, state: State, pulse: Pulse) -> Loop:
     """The loop under a load in phase with the force, whose halves differ.
 
-    Distant points have moved by µκ [d(P) + d(P₁) − 2d(P′)] since the force was −Q, and by
-    µκ [d(P₂) + d(P) − 2d(P″)] the other way since it was Q: `fretwear.mechanics.wear.pulsating`.
+    Distant points have moved by µκ [d(P) + d(P₁) − 2d(P′)] since the force was −Q, and back by µκ
+    [d(P₂) + d(P) − 2d(P″)] since it was Q: `fretwear.mechanics.wear.pulsating`.
     """
     compliance = problem.friction_law.coefficient * problem.coupling
     phase = np.linspace(0.0, 1.0, 2 * POINTS + 1)
@@ -130,11 +130,11 @@ def _curve(
     if whole <= _STRAIGHT * rise * (high.load - low.load):
         contacts = 0
     for solved_before in range(contacts):
-        # Halfway where the curve bends most, which is between its ends at first.
+        # Halfway where the curve bends most, at first between its ends.
         index = int(np.argmax(areas))
         lower, upper = family[index : index + 2]
         load = 0.5 * (lower.load + upper.load)
-        # The square of the pressure of a sphere falls evenly with P^(2/3), to zero beyond its edge.
+        # The squared pressure of a sphere falls linearly with P^(2/3), to zero at its edge.
         least, most, place = (end**_SPHERE for end in (lower.load, upper.load, load))
         square, stick = upper.pressure**2, lower.stick
         fall = square - lower.pressure**2
@@ -157,11 +157,10 @@ def _curve(
 def _of_vectors(
     sheared: Sheared, force: Array, displacement: Array, half: float
 ) -> tuple[Array, Array, float]:
-    """The curve of friction in two directions from that in one, and its place at half the force.
+    """The curve of friction in two directions from the curve in one, and its middle by force.
 
-    It ends at the force, N, and the displacement, m, of the tractions. The depth of the curve below
-    its chord is scaled so that the area below it is their energy, of which δ is the derivative by
-    Q.
+    The curve ends at the force, N, and the displacement, m, of the tractions. Its depth below the
+    chord is scaled until the area below it is their energy, whose derivative by Q is δ.
     """
     end = sheared.displacement if sheared.stick.any() else float(displacement[-1])
     chord, force = displacement[-1] / force[-1] * force, sheared.force / force[-1] * force
@@ -174,13 +173,13 @@ def _of_vectors(
 def _unworn_curve(hertz: HertzContact, least: float) -> tuple[Array, Array, float]:
     """`_curve` of the unworn smooth contact, from its load to a reduced one, N, in closed form.
 
-    The heights above the chord are scaled so that the polygon has the area of the curve.
+    The heights above the chord are scaled until the polygon has the area of the curve.
     """
 
     def approach_under(load: float) -> float:
         return hertz.with_load(load).approach if load > 0.0 else 0.0
 
-    # Cube roots of the loads; Gaussian ones for the area.
+    # Cube roots of the loads; Gaussian nodes for the area.
     ends = np.cbrt([least, hertz.load])
     nodes, weights = np.polynomial.legendre.leggauss(POINTS)
     roots = ends.mean() + 0.5 * np.diff(ends) * nodes
@@ -198,8 +197,8 @@ def _unworn_curve(hertz: HertzContact, least: float) -> tuple[Array, Array, floa
 def _sampled(family: list[ReducedContact], areas: list[float], whole: float) -> tuple[Array, Array]:
     """Loads and approaches from the last contact of a family to the first.
 
-    Between two contacts the curve is their chord plus the arc of a sphere's curve, scaled so that
-    twice the area above the chord is as given and sums up to the area of the whole curve.
+    Between two contacts the curve is their chord plus the arc of a sphere's curve. Scaled arcs give
+    the area between each pair, and the areas sum up to that of the whole curve.
     """
     corners, approaches = np.array([(contact.load, contact.approach) for contact in family]).T
     ends = np.trapezoid(approaches[[0, -1]], corners[[0, -1]])

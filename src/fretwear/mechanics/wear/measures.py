@@ -1,7 +1,7 @@
-"""Numbers that describe a state of the contact, and how well its cells tell them.
+"""Numbers that describe a state of the contact, and the accuracy with which cells locate them.
 
 The edge of a smooth contact lies between the last cell inside and the first one outside. Rough
-contacts end at a tip, whose lowest point lies somewhere in its cell.
+contacts end at a tip, whose lowest point lies anywhere in its cell.
 """
 
 from __future__ import annotations
@@ -20,40 +20,40 @@ from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 from fretwear.variable import SlidingRegime, declared_scalars, scalar
 
-# Jump of a half-width, m, and gap at the top of the tip that it would jump to, m, by its name.
+# Jump of a half-width to the next tip, m, and gap at the top of that tip, m, by name.
 NextTips: TypeAlias = dict[str, tuple[float, float]]
 
-# Part of the reduced gap beside a stick zone that wear has opened when it has doubled the gap.
+# Fraction of the reduced gap beside a stick zone opened by wear once it has doubled the gap.
 _DOUBLED = 0.5
-# Cells beside a stick edge, and the ratio of the last to their mean up to which they resolve it.
+# Cells beside a stick edge, and the largest ratio of the last to their mean if they resolve it.
 _ALONG, _RESOLVED = 4, 1.3
 # Cells on an axis or a part of it: places, and distances from the origin, m.
 Lines: TypeAlias = Sequence[tuple[Way, Array]]
-# Gap, over the gap of the first cell outside, above which a cell is not in contact.
+# Gap over that of the first cell outside, above which a cell is not in contact.
 _NO_GAP = 1e-2
 # Depth of a scar over its maximum at which a profilometer sees its end.
 _SHALLOW = 0.01
 
 
-# How radii of zones and half-widths on one line of cells are shown.
+# Display of radii of zones and of half-widths on one line of cells.
 _OUTLINE: dict[str, Any] = {"from_zero": False, "across": True}
 _ALONG_X: dict[str, Any] = {"from_zero": False, "is_headline": False, "of_line": True}
 _ALONG_Y: dict[str, Any] = {"from_zero": False, "is_headline": False, "across": True}
 
 
 class Measures:
-    """The scalars of a state in SI units, of the whole contact, computed when they are asked for.
+    """The scalars of a state in SI units, of the whole contact, computed on demand.
 
     A half-width is the distance of the outermost edge on the axis, interpolated within a cell, or
     the mean of both sides if the contact is not even. A radius belongs to the disc with the area
-    within the outline of a zone; in a line contact it is the half-width.
+    inside the outline of a zone; in a line contact it is the half-width.
     """
 
     def __init__(
         self, problem: WearProblem, state: State, workspace: Workspace | None = None
     ) -> None:
         self.problem, self.state = problem, state
-        #: of the run, for scalars that take further contact solutions
+        #: of the run, for scalars that need further contact solutions
         self.workspace = workspace or Workspace(problem)
 
     def at_step(self) -> dict[str, float]:
@@ -101,16 +101,16 @@ class Measures:
 
     @cached_property
     def _carried(self) -> float:
-        """Integral of the pressure, N, which the state's load is to the solver's tolerance."""
+        """Integral of the pressure, N; the state's load to the solver's tolerance."""
         return self.state.geometry.integral(self.state.pressure)
 
     @cached_property
     def _stick_load(self) -> float:
         """Load in the stick zone to its edge within a cell, N.
 
-        The part of the cells beyond the edge bears the harmonic mean of the pressures on both
-        sides: the pressure of the zone there while the surface is unworn, and none once slip has
-        worn the surface beside.
+        The cells beyond the edge bear the harmonic mean of the pressures on both sides: the
+        pressure of the zone there while the surface is unworn, and none once slip has worn the
+        neighbouring surface.
         """
         (_, zone), pressure, stick = self._zones, self.state.pressure, self.state.reduced.stick
         if zone.area <= 0.0:
@@ -412,11 +412,11 @@ def next_tips(state: State) -> NextTips:
 
 
 def scatter(state: State) -> dict[str, float]:
-    """Standard deviations, in SI units, of the scalars that follow from where edges cut cells.
+    """Standard deviations, in SI units, of the scalars that depend on where edges cut cells.
 
-    The edges of a zone lie somewhere in their cells, one independent of another: `Zone.deviations`.
-    The load in a stick zone changes by the pressure at its edge, and its mean pressure by the
-    difference of this from the mean.
+    The edges of a zone lie anywhere in their cells, independent of each other: `Zone.deviations`.
+    The load in a stick zone varies by the pressure at its edge, its mean pressure by the difference
+    of this from the mean.
     """
     geometry, pressure, deviations = state.geometry, state.pressure, {}
     zones = {
@@ -454,7 +454,7 @@ def scatter(state: State) -> dict[str, float]:
 
 
 def uncertainty(problem: WearProblem, state: State, peak: float) -> tuple[dict[str, float], float]:
-    """The `scatter` of a snapshot, and how much higher than its peak, Pa, the pressure may be."""
+    """The `scatter` of a snapshot, and by how much its peak, Pa, may be too low."""
     return scatter(state), unresolved_peak(problem, state, peak)
 
 
@@ -468,15 +468,15 @@ def share_beyond_friction(problem: WearProblem, state: State) -> float:
 
 
 def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
-    """How much larger than a peak pressure, Pa, the true one may be because cells do not show it.
+    """By how much a peak pressure, Pa, may exceed the largest mean over a cell.
 
-    Wear beside a stick zone moves pressure to its edge, where the pressure of elastic bodies
-    becomes singular after a finite number of cycles, if slip follows the shape: it rises with
-    the inverse root of the distance, so that the largest mean over a cell grows without bound
-    as cells get narrower, up to the plastic limit. The mean over the last of four equal cells
-    at such an edge is twice that over all of them, and likewise at the end of a punch. On a grid,
-    whose cells at the edge are no narrower than others, the peak counts as regular until wear has
-    doubled the gap of the reduced contact there.
+    Wear beside a stick zone moves pressure to its edge. If slip follows the shape, the pressure of
+    elastic bodies becomes singular there after a finite number of cycles: it rises with the inverse
+    root of the distance, so the largest mean over a cell grows without bound as cells get narrower,
+    up to the plastic limit. The mean over the last of four equal cells at such an edge is twice the
+    mean over all of them, and likewise at the end of a punch. On a grid, whose cells at the edge
+    are no narrower than others, the peak counts as regular until wear has doubled the gap of the
+    reduced contact there.
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
     largest, stick = float(pressure.max()), reduced.stick
@@ -503,11 +503,11 @@ def half_width(
 
     Beyond the edge of a smooth contact the gap g grows with the power 3/2 of the distance, and
     linearly if the contact has worn in. The zero of r = e + b g^(2/3) + c g through three cells
-    outside is the edge, kept between the centres of the last cell inside and the first one
-    outside. With ``tips``, one beyond whose lowest point touches between centres is the edge.
+    outside is the edge, kept between the centres of the last cell inside and the first one outside.
+    With ``tips``, a tip farther out whose lowest point touches between centres is the edge.
 
-    ``inside`` are the cells of the zone, and ``gap`` is in m and zero in the zone. The result is 0
-    if no cell on the lines belongs to the zone.
+    ``cells`` are the cells of the zone; ``gap``, m, is zero in the zone. The result is 0 if no cell
+    on the lines belongs to the zone.
     """
     edges = []
     for line, distance in lines:
@@ -529,8 +529,8 @@ def _edge(distance: Array, cells: Mask, gap: Array, plane_strain: bool) -> float
         return _border(distance, last)
     if plane_strain and outside.size == 3:
         # The gap of a line contact opens with the power 3/2, or linearly where it has worn. Both
-        # laws through two cells predict the gap of the third; its place between these predictions
-        # gives the weights of the zeros.
+        # laws through two cells predict the gap of the third; its place between the predictions
+        # weights the zeros of both laws.
         powers = np.array([1.0, 1.5])
         near, far = outside[:2, None] ** (1.0 / powers)
         slopes = (far - near) / (x[1] - x[0])
@@ -539,7 +539,7 @@ def _edge(distance: Array, cells: Mask, gap: Array, plane_strain: bool) -> float
             predicted = (slopes * (x[2] - zeros)) ** powers
             weight = (outside[2] - predicted[0]) / (predicted[1] - predicted[0])
             weight = min(max(weight, 0.0), 1.0)
-            # Strips may be so narrow that several beyond the edge count as in contact.
+            # Strips may be so narrow that several outside the edge count as in contact.
             closed = distance[np.flatnonzero(gap[: last + 1] <= _NO_GAP * outside[0])]
             zero = (1.0 - weight) * zeros[0] + weight * zeros[1]
             return float(min(max(zero, closed[-1] if closed.size else 0.0), x[0]))
@@ -560,11 +560,11 @@ def _edge(distance: Array, cells: Mask, gap: Array, plane_strain: bool) -> float
 def stick_half_width(lines: Lines, pressure: Array) -> float:
     """Distance of the outermost edge of the stick zone from the origin on the lines of an axis, m.
 
-    Near its edge the square of the pressure p*, Pa, at the reduced load falls linearly in the
-    square of the coordinate, exactly so for a sphere. The zero of that law through the cells next
-    to the outermost one is the edge, kept within a cell of the outermost center. Wear beside the
-    stick zone leaves this pressure as it is, so the edge of an elastic run stays where it is.
-    The result is 0 if no cell on the lines sticks.
+    Near its edge the squared pressure p*, Pa, at the reduced load falls linearly in the square of
+    the coordinate, exactly so for a sphere. The zero of that law through the cells next to the
+    outermost one is the edge, kept within a cell of the outermost centre. Wear beside the stick
+    zone does not change this pressure, so the edge of an elastic run does not move. The result is 0
+    if no cell on the lines sticks.
     """
     edges = []
     for way, distance in lines:
@@ -592,10 +592,10 @@ def deviation(lines: Lines, cells: Mask) -> float:
 
 
 def next_tip(lines: Lines, cells: Mask, gap: Array) -> tuple[float, float]:
-    """The tip beyond a zone that is next to touching: jump of the half-width, m, and its gap, m.
+    """The next tip to touch outside a zone: jump of the half-width, m, and its gap, m.
 
-    The half-width on the lines of an axis jumps so far where the tip touches, or does not after
-    all. The gap is at the top of the tip, below zero where it touches; 0 and NaN if there is none.
+    The half-width on the lines of an axis is uncertain by the jump while the tip nearly touches.
+    The gap is at the top of the tip, negative where it touches. Without a tip, both are 0 and NaN.
     """
     tips = [
         (abs(lowest), (edge - float(distance[last])) / len(lines), lowest)
@@ -610,9 +610,9 @@ def next_tip(lines: Lines, cells: Mask, gap: Array) -> tuple[float, float]:
 def _tips_beyond(line: Way, distance: Array, cells: Mask, gap: Array) -> list[tuple[float, float]]:
     """The tips on a line beyond the last cell of a zone, the nearest first, in m.
 
-    They have the gap at the lowest point and the outer edge of the contact, or the tip's place.
-    Parabolas along the line and across it have their vertices where the tip is lowest. A paraboloid
-    of radius R that is pressed in by δ touches within √(Rδ).
+    Each has the gap at its lowest point, and the outer edge of its contact or its place. Parabolas
+    along the line and across it have their vertices at the lowest point. A paraboloid of radius R
+    that is pressed in by δ touches within √(Rδ).
     """
     here, last = gap[line], int(np.flatnonzero(cells[line])[-1])
     near, middle, far = here[last:-2], here[last + 1 : -1], here[last + 2 :]
@@ -637,7 +637,7 @@ def _tips_beyond(line: Way, distance: Array, cells: Mask, gap: Array) -> list[tu
 def _vertex(gaps: Array) -> tuple[float, float, float]:
     """The parabola through three cells: place of its vertex, second difference, fall to the vertex.
 
-    The place is in cells from the middle one; the vertex counts only within it, rounding apart.
+    The place is in cells from the middle one; up to rounding, the vertex must lie within that cell.
     """
     near, middle, far = gaps.tolist()
     rise, bend = 0.5 * (far - near), far + near - 2.0 * middle
@@ -653,7 +653,7 @@ def _border(distance: Array, last: int) -> float:
 
 
 def open_within_outline(cells: Mask, x: Array, y: Array, even: Even) -> int:
-    """Number of cells within the outline of a zone that do not belong to it, of those kept.
+    """Number of cells inside the outline of a zone that do not belong to it, of those kept.
 
     The outline is the convex hull of the centres of the zone's cells and of their images where the
     zone is ``even``: valleys between tips and the middle of a ring count, and a tip that touches
@@ -693,8 +693,8 @@ def _highest_chords(x: Array, heights: Array) -> tuple[list[float], list[float]]
 def half_extent(x: Array, depth: Array, *, is_even: bool) -> float:
     """Half the extent of a scar along an axis, m: between the outermost places on either side.
 
-    Beyond them, the scar is nowhere deeper than `_SHALLOW` of its maximum. ``depth``, m, is the
-    largest on each line of cells across the axis at ``x``, m; 0 if nothing is worn.
+    Outside them, the scar is nowhere deeper than `_SHALLOW` of its maximum. ``depth``, m, is the
+    largest on each line of cells across the axis at ``x``, m. The result is 0 if nothing is worn.
     """
     if not depth.any():
         return 0.0
@@ -705,8 +705,8 @@ def half_extent(x: Array, depth: Array, *, is_even: bool) -> float:
 def _scar_end(x: Array, depth: Array) -> float:
     """The outermost place at which a scar is as deep as `_SHALLOW` of its maximum, m.
 
-    Beside a cell that is not worn, the depth goes on to fall linearly, if it does so fast enough to
-    end there. At the edge of an unworn contact it falls faster, anywhere in the cell.
+    Beside an unworn cell the linear fall of the depth continues if it is steep enough to end there.
+    At the edge of an unworn contact the depth falls more steeply, and ends anywhere in the cell.
     """
     level = _SHALLOW * float(depth.max())
     last = int(np.flatnonzero(depth > level)[-1])

@@ -1,21 +1,21 @@
 """Partial slip under a load that changes in phase with the tangential force.
 
-Load and force go on a straight line between (P₁, −Q) and (P₂, Q) and back. Where the force changes
+Load and force follow a straight line between (P₁, −Q) and (P₂, Q) and back. If the force changes
 faster than µ times the load, Q > µ (P₂ − P₁)/2, the contact of the load P₀ = (P₁ + P₂)/2 − Q/µ
-sticks for ever (Jäger 1998; Barber, Davies and Hills, "Frictional elastic contact with periodic
-loading", Int. J. Solids Struct. 48, 2011). While the load P rises, the traction has changed by
-µ [p(P) + p(P₁) − 2p(P′)], with P′ falling from P₁ to P₀ in proportion, and while it falls again, by
-µ [p(P) + p(P₂) − 2p(P″)] the other way, with P″ falling from P₂ to P₀: points in contact slip by
-2µκ dg(P′), and by 2µκ dg(P″). So one cycle wears
+always sticks (Jäger 1998; Barber, Davies and Hills, "Frictional elastic contact with periodic
+loading", Int. J. Solids Struct. 48, 2011). While the load P rises, the traction changes by µ [p(P)
++ p(P₁) − 2p(P′)], with P′ falling in proportion from P₁ to P₀; while it falls again, by µ [p(P) +
+p(P₂) − 2p(P″)] in the other direction, with P″ falling from P₂ to P₀. Points in contact slip by 2µκ
+dg(P′) and by 2µκ dg(P″). So one cycle wears
 
     Δw = 2Kµκ [∫p(P) dg(P′) + ∫p(P) dg(P″)] = β p̄ g(P₀)
 
-with a mean p̄ of the pressure over the slip of a point. Wear beside the contact of P₀ leaves that
-contact as it is, as under a constant load, and adds to g(P₀).
+with a mean p̄ of the pressure over the slip of a point. Wear outside the contact of P₀ leaves that
+contact unchanged, as under a constant load, and adds to g(P₀).
 
 A stage is the contact under P₂. A depth worn evenly in all contacts of a point lowers their
-pressures alike, so p̄ = ω p(P₂) − q with the share ω of the slip in contact and an offset q, both
-taken from the stage before: what is stiff is implicit.
+pressures alike, so p̄ = ω p(P₂) − q with the share ω of the slip in contact and an offset q. Both
+are taken from the stage before; the stiff part is implicit.
 """
 
 from __future__ import annotations
@@ -53,9 +53,9 @@ def load_cycle(
 ) -> Pulse:
     """The cycle of a shape, m, from its contacts under some loads from P₀ to P₂.
 
-    Between two loads, the square of a pressure and the power 2/3 of a gap change evenly with
-    P^(2/3) or, in a line contact, with P, as they do where a smooth contact ends. It ends at each
-    cell under a load that follows from the ends of these contacts.
+    Between two loads, the squared pressure and the power 2/3 of the gap change linearly in P^(2/3)
+    or, in a line contact, in P, as at the edge of a smooth contact. From the ends of these contacts
+    follows the load under which each cell touches.
     """
     geometry, low, high = half_space.geometry, stage.reduced, stage.load
     least = problem.load_at(-1.0)
@@ -73,7 +73,7 @@ def load_cycle(
         for name in ("pressure", "gap")
     )
     touching = pressure > 0.0
-    # Cells touch beyond the number of contacts that are narrower.
+    # A cell first touches after the contacts that are narrower.
     first, cells = (~touching).sum(axis=0), np.arange(touching.shape[1])
     ends = touching.sum(axis=1)
     limit = np.interp(cells + 0.5, ends, nodes)
@@ -219,7 +219,7 @@ class _PulsatingEvolution(Evolution):
         *,
         verified: bool = False,
     ) -> tuple[Stage, Array]:
-        """A stage whose exponent is unloaded + rate · (ω p − q), and this p̄ at its end, Pa."""
+        """A stage whose exponent is unloaded + rate · (ω p − q), and p̄ at its end, Pa."""
         bodies, problem = self.workspace.on(self.state.geometry), self.problem
         kept = problem.debris_fraction
         unloaded, gap = unloaded - rate * offset, base.reduced.gap

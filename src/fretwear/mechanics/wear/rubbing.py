@@ -1,16 +1,16 @@
-"""The contacts of two bodies that slide as a whole, at several positions over a stroke at once.
+"""The contacts of two bodies in gross sliding, at several positions over a stroke at once.
 
 The indenter is at several positions, of the weights ω. The pressures p of an implicit stage of
-`fretwear.mechanics.wear.stroke` at all of them are a minimum of
+`fretwear.mechanics.wear.stroke` at all positions minimise
 
-    Σ ω [½ (p, K p) + (h, p)] + ½ c₁ ∫⟨p⟩₁² + ½ c₂ ∫⟨p⟩₂²   under   p ≥ 0,  ∫p = P at each position:
+    Σ ω [½ (p, K p) + (h, p)] + ½ c₁ ∫⟨p⟩₁² + ½ c₂ ∫⟨p⟩₂²   under   p ≥ 0,  ∫p = P at each position,
 
-wear that positions share couples them symmetrically and adds to a sum of positive definite forms,
-so a stage is one strictly convex problem. It is solved as one: on given sets of cells in contact,
-the pressures are eliminated position by position, which leaves a positive definite system for the
-wear alone, and cells change sides until each has pressure or a gap. Cells at the plastic limit bear
-it, and the penetration that is left there is flow, half of it in each body: the largest over all
-positions.
+where ⟨p⟩ are the means of flat and indenter. Positions share their wear, which couples the
+pressures symmetrically and adds to a sum of positive definite forms, so a stage is one strictly
+convex problem. For given sets of cells in contact, the pressures are eliminated position by
+position. That leaves a positive definite system for the wear, and cells change sides until each has
+a pressure or a gap. Cells at the plastic limit keep it; the remaining penetration is flow, half of
+it in each body: the largest over all positions.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ _LEAST_POSITIONS, _PER_HALF_WIDTH, _PER_EDGE, _PER_WAVE = 4, 2.0, 4.0, 6.0
 _MOST_FOR_EDGE = {POINT_CONTACT: 0, LINE_CONTACT: 24}
 # Contacts end at other places of the indenter at each position: so many per cell and half a stroke.
 _ENDS_PER_CELL, _MOST_FOR_ENDS = 3.0, {POINT_CONTACT: 0, LINE_CONTACT: 36}
-# Points per cell at which the way between two positions is sampled.
+# Points per cell on the path between two positions.
 _PER_CELL = 2.0
 _LARGEST_SWEEPS = 200
-# Sweeps without a new minimum of cells that change sides, before only one of them does.
+# Sweeps without a new minimum of wrong cells, after which only one of them changes sides.
 _PATIENCE = 10
 # Cells touch where the gap is below this part of the approach.
 _CLOSED = 1e-10
@@ -52,17 +52,16 @@ _CLOSED = 1e-10
 def positions(problem: WearProblem) -> tuple[Array, Array]:
     """Positions of the indenter from the middle of a stroke to its end, m, and their weights.
 
-    They follow from the trapezoidal rule over the stroke, doubled for a position and its image,
-    where they can a whole number of cells apart.
-    Under a load that changes with the position, they begin at the other end; where the contact
-    opens there is none.
+    The weights follow the trapezoidal rule over the stroke, doubled for a position and its image.
+    If possible, positions are a whole number of cells apart. Under a load that changes with the
+    position they begin at the other end, and leave out positions without contact.
     """
     amplitude, half_width = problem.loading.travel, problem.indenter.half_widths(problem.hertz)[0]
     wave = problem.wavelengths[0] if problem.wavelengths else 0.0
     if amplitude <= problem.small_stroke and not problem.wears_unevenly:
         return np.zeros(1), np.full(1, 0.5)
     of_waves = _PER_WAVE * amplitude / wave if wave else 0.0
-    # A peak of pressure at an edge wears at each position.
+    # A pressure peak at an edge wears at each position.
     of_edge = _PER_EDGE * amplitude / problem.indenter.edge(problem.hertz)
     cells = amplitude / problem.spacing[0]
     of_ends = min(_ENDS_PER_CELL * cells, _MOST_FOR_ENDS[problem.frame])
@@ -85,10 +84,10 @@ def positions(problem: WearProblem) -> tuple[Array, Array]:
 
 
 def _paths(places: Array, size: float, is_even: bool) -> list[tuple[Array, Array]]:
-    """Paths from each position over which its pressures move with the indenter, m, and shares.
+    """Paths over which the pressures of each position move with the indenter, m, and shares.
 
-    Between positions, the pressures on the indenter are interpolated linearly, so that each acts on
-    the flat over the way to the next positions.
+    Between positions, the pressures on the indenter are interpolated linearly, so each acts on the
+    flat over the path to the neighbouring positions.
     """
     if places.size == 1:
         return [(np.zeros(1), np.ones(1))]
@@ -108,16 +107,16 @@ class Contacts(NamedTuple):
 
     pressures: Array  # Pa, shape (positions, nx, m); non-zero exactly where the bodies touch
     means: Array  # means over the stroke at each point of flat and indenter, Pa, shape (2, n, m)
-    flow: Array  # depth by which each of them sinks where the pressure is at its limit, m
+    flow: Array  # depth by which each of these points sinks at the pressure limit, m
 
 
 class BetweenBounds(NamedTuple):
     """Some cells at a position."""
 
     cells: Places
-    inverse: Array  # their pressure, of no load, by their displacement, Pa/m
+    inverse: Array  # their pressure by displacement, without load, Pa/m
     uniform: Array  # their pressure for a unit displacement of all of them, Pa/m
-    worn: csr_matrix  # their part of the wear at each value of flat and indenter
+    worn: csr_matrix  # their fraction of the wear at each value of flat and indenter
 
 
 class Response(NamedTuple):
@@ -131,17 +130,17 @@ class Rubbing:
     """The contacts of a stroke on equal cells.
 
     Bodies are even along both axes, so wear has a value for each cell of the quarter, of the flat
-    and then of the indenter, while a contact off the middle of the stroke needs both sides along x;
-    so does the wear under a load that changes over the stroke. Between cells, the wear of the
-    indenter is interpolated linearly; pressure acts on it by the transpose. The wear of a
-    body has the ``shape``, with one cell along y in a line contact.
+    and then of the indenter. A contact off the middle of the stroke needs both sides along x; so
+    does the wear under a load that changes over the stroke. Between cells, the wear of the indenter
+    is interpolated linearly; pressure acts on it by the transpose. The wear of a body has the
+    ``shape``, with one cell along y in a line contact.
     """
 
     def __init__(self, problem: WearProblem, shape: tuple[int, int]) -> None:
-        #: Largest pressure, Pa, for the friction of the moment.
+        #: Largest pressure, Pa, for the present friction.
         self.limit = problem.slip_limit
         is_even, _ = problem.even
-        # On how many sides of the middle of the stroke the positions are.
+        # Number of sides of the middle of the stroke with positions.
         self.sides = 1.0 if is_even else 2.0
         along_x, self.rows = shape
         half = along_x if is_even else along_x // 2
@@ -150,7 +149,7 @@ class Rubbing:
         reach = problem.loading.travel
         self.loads = [problem.load_at(place / reach if reach else 0.0) for place in self.places]
         modulus, film = problem.composite_modulus, problem.film
-        # Displacement by the distance along x, and by the rows of both cells.
+        # Displacement by the distance along x and the rows of both cells.
         if problem.geometry.plane_strain:
             assert isinstance(problem.hertz, LineContact)
             edges, reference = np.arange(half + 1) * size, problem.hertz.reference
@@ -211,7 +210,7 @@ class Rubbing:
                 share * interpolated(x + path) for path, share in zip(*paths, strict=True)
             )
             worn.append(hstack([of_flat, interpolated(x - place)], format="csr"))
-        #: Gap of the unworn bodies at each position and cell, m, and what the wear adds to it.
+        #: Gap of the unworn bodies at each position and cell, m, and the gap that wear adds.
         self.shapes, self.worn = np.stack(shapes), vstack(worn, format="csr")
         self._of_bodies = self.worn.T
         self._patches: dict[int, BetweenBounds] = {}
@@ -219,7 +218,7 @@ class Rubbing:
     def half_widths(self, pressures: Array) -> tuple[float, float]:
         """Half-widths along x and y, m, mean over the positions; infinite along y in line contact.
 
-        The pressure of the outermost cell falls on to zero as it does from the cell before.
+        The pressure of the outermost cell continues the fall from the cell before to zero.
         """
         wide, high, size = 0.0, 0.0, self.x[1] - self.x[0]
         for weight, pressure in zip(self.weights / self.sides, pressures, strict=True):
@@ -244,9 +243,9 @@ class Rubbing:
         return np.asarray(self.influence[np.abs(column - other_along), row, other_row])
 
     def _patch(self, place: int, cells: Places) -> BetweenBounds:
-        """Some cells at a position; the last ones of each are kept.
+        """Some cells at a position; the last ones of each position are kept.
 
-        The influence of cells on each other is that of the same cells elsewhere along x.
+        The influence matrix of the cells is the same at other places along x.
         """
         from scipy.linalg.lapack import dpotrf, dpotri
 
@@ -274,10 +273,10 @@ class Rubbing:
         return self._patches[place]
 
     def _capped(self, full: Mask, shape: Array, load: float) -> tuple[Places, Places, float]:
-        """Cells at the limit and the one between the bounds, if a contact yields all over.
+        """Cells at the limit and the one between the bounds, if a contact yields as a whole.
 
-        The cells at the limit carry a load, N, less the remainder, on the one beside them: the
-        area P/p_lim that is lowest in a shape, m, under the limit on the cells that were at it.
+        The cells at the limit carry the load, N, less a remainder on the cell beside them. They lie
+        where a shape, m, is lowest under the limit on the cells that were at it before.
         """
         carried = self.limit * self.area
         count = ceil(load / carried) - 1
@@ -291,11 +290,11 @@ class Rubbing:
         """The contacts of all positions; by projected gradients if their cells do not settle.
 
         ``opening`` is the earlier wear and plastic depth of flat and indenter, m, shape (2, n, m),
-        and ``compliance`` the wear of either in this stage per mean pressure, m/Pa, shape
-        (2, 1, 1), not negative; ``start`` is a first guess of the pressures, Pa, shape
-        (positions, nx, m), of which only the cells in contact and those at the limit matter.
+        and ``compliance`` the wear of either in this stage per mean pressure, m/Pa, shape (2, 1,
+        1), not negative. ``start`` is a first guess of the pressures, Pa, shape (positions, nx, m);
+        only its sets of cells in contact and at the limit matter.
 
-        Both bounds at once from a distant start lead to wrong sets of cells. So if no cell of the
+        From a distant start both bounds at once lead to wrong sets of cells. So if no cell of the
         start is at the limit, the contacts without a limit are solved first.
         """
         shape_of_cells, shape_of_bodies = start.shape, opening.shape
@@ -344,7 +343,7 @@ class Rubbing:
     ) -> Response:
         """The contact at a position on given cells, of which some are at the limit.
 
-        If these carry the whole load, the cells are chosen anew, in place.
+        If these carry the whole load, the sets of cells are chosen anew, in place.
         """
         free, held = np.flatnonzero(touching & ~full), np.flatnonzero(full)
         load = self.loads[place]
@@ -363,7 +362,7 @@ class Rubbing:
         return Response(patch, pressure)
 
     def _gaps(self, worn: Array) -> Array:
-        """What the wear of flat and indenter adds to the gap at each position and cell, m."""
+        """Gap that the wear of flat and indenter adds at each position and cell, m."""
         return np.asarray((self.worn @ worn).reshape(self.shapes.shape))
 
     def _mean(self, pressures: Array) -> Array:
@@ -371,7 +370,7 @@ class Rubbing:
         return np.asarray(self._of_bodies @ (self.weights[:, None] * pressures).ravel())
 
     def _worn(self, responses: Sequence[Response], compliance: Array) -> Array:
-        """Wear of the stage at each value of flat and indenter, m, with which contacts agree."""
+        """Wear of the stage at each value of flat and indenter, m, consistent with the contacts."""
         from scipy.linalg import cho_factor, cho_solve
         from scipy.sparse import csc_matrix
 
@@ -405,9 +404,9 @@ class Rubbing:
         capped: Mask,
         limit: float,
     ) -> tuple[Array, Mask, Mask, Array]:
-        """Pressures, Pa, with the wear of a stage, m, and what cells they put on which side.
+        """Pressures, Pa, under the wear of a stage, m, and the sets of cells that they imply.
 
-        It returns the cells that touch and those at the limit, and the flow of `Contacts`.
+        These cells touch or are at the limit. The last result is the flow of `Contacts`.
         """
         pressures, flow = (
             np.stack([response.pressure for response in responses]),
@@ -426,7 +425,7 @@ class Rubbing:
         return pressures, now_closed, now_capped, flow
 
     def _sink(self, flow: Array, full: Mask, sunk: Array) -> None:
-        """Raise the flow of both bodies to half of what cells at the limit have sunk, m."""
+        """Raise the flow of both bodies to half the depth that cells at the limit have sunk, m."""
         sinking = self.worn[np.flatnonzero(full)].tocoo()
         depth = np.maximum(sunk[full], 0.0)[sinking.row]
         np.maximum.at(flow, sinking.col, 0.5 * depth * (sinking.data > 0.0))
@@ -465,7 +464,7 @@ class _Stage:
 
 
 def _outermost(pressure: Array) -> float:
-    """Position in cells, from the first one, at which the pressure of the last falls to zero."""
+    """Position in cells, from the first one, at which the pressure falls to zero."""
     last = int(np.flatnonzero(pressure)[-1])
     falls = float(pressure[last - 1] - pressure[last]) if last else 0.0
     return last + (min(float(pressure[last]) / falls, 1.0) if falls > 0.0 else 1.0)

@@ -1,11 +1,10 @@
 """One implicit stage: the pressure whose wear gives the shape that carries it.
 
 A stage has three parts. Its normal contact has the wear as a layer between the bodies, a
-`WearLayer`. Its flow is what follows from that contact: where the pressure
-is at its limit the surface sinks by the penetration, and this, or a sliding that changes, moves the
-reduced contact, which is solved again on the stage's own shape. Both are repeated in turn until the
-wear due to the change of slip no longer changes. Friction that follows slip changes with the energy
-that the stage itself dissipates.
+`WearLayer`. Its flow follows from that contact: at the pressure limit the surface sinks by the
+penetration. Flow, or a condition of sliding that changes, moves the reduced contact, which is
+solved again on the stage's own shape. Both are repeated in turn until the wear due to the change of
+slip settles. Friction that follows slip changes with the energy that the stage itself dissipates.
 """
 
 from __future__ import annotations
@@ -25,15 +24,15 @@ from fretwear.mechanics.wear.state import Stage, UnwornBodies, WearProblem, Yiel
 _LARGEST_SWEEPS = 12
 # Largest exposure of a cell in a stage under a contact that follows the pressure.
 _EXPOSED = 3.0
-# A cell with less than this fraction of the mean pressure counts as unloaded.
+# A cell below this fraction of the mean pressure counts as unloaded.
 _IDLE = 1e-3
-# Tolerance of a reduced contact over that of a coarse normal contact. Slip is a small part of the
+# Tolerance of a reduced contact over that of a coarse normal contact; slip is a small part of the
 # displacement.
 _OF_REDUCED = 0.1
 
 
 class Exposure(NamedTuple):
-    """The exponent x = unloaded + rate · p of a stage against its pressure p.
+    """The exponent x = unloaded + rate · p of a stage as a function of its pressure p.
 
     A threshold of wear withholds a depth from it.
     """
@@ -43,10 +42,10 @@ class Exposure(NamedTuple):
     withheld: float | Array = 0.0  # m, of all cells or of each
 
     def limited(self, pressure: Array) -> Exposure:
-        """The same with less where it would be large, by a guess of the pressure, Pa.
+        """The exposure, reduced where it would be large by a guess of the pressure, Pa.
 
-        Cells beside the edge of a stick zone bear a high pressure until they slip and wear. In one
-        long stage that would oscillate; with less exposure it takes a few.
+        Cells beside a stick edge bear a high pressure until they slip and wear. In one long stage
+        this would oscillate; with less exposure it takes a few stages.
         """
         x = self.under(pressure)
         if not (x > _EXPOSED).any():
@@ -55,7 +54,7 @@ class Exposure(NamedTuple):
         return Exposure(self.unloaded * part, self.rate * part, self.withheld * part)
 
     def opening(self, kept: float) -> Exposure:
-        """The part of it that opens the gap, if a fraction of the debris is kept."""
+        """The part of the exposure that opens the gap, if a fraction of the debris is kept."""
         open_part = 1.0 - kept
         return Exposure(open_part * self.unloaded, open_part * self.rate, open_part * self.withheld)
 
@@ -69,7 +68,7 @@ class Dissipation(NamedTuple):
 
     known: Array  # by earlier rates, J/m², shape of the geometry
     cycles: float  # weight of the rate at the end of the stage
-    energy: Array  # J/m²; a guess first
+    energy: Array  # J/m²; a guess at first
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ class Drift:
         return replace(layer, response=self.response, level=self.level)
 
     def corrected(self, missing: Array, stage: Stage, part: float) -> Drift:
-        """The drift after a sweep that missed it by so many metres, corrected by a part of it."""
+        """The drift after a sweep that missed it by a depth, m, corrected by a part of it."""
         shift = missing
         if self.shift is not None:
             shift = self.shift + part * missing
@@ -105,8 +104,8 @@ class ImplicitStage:
     bodies: UnwornBodies
     accuracy: Accuracy
     tolerance: float  #: error of the wear of the step
-    #: Whether it ends at a requested cycle: then the reduced contact is solved to full accuracy,
-    #: and the residual follows from a separate convolution.
+    #: Whether the stage ends at a requested cycle: then the reduced contact is solved to full
+    #: accuracy, and the residual follows from a separate convolution.
     output_step: bool
     dissipation: Dissipation | None = None  #: None if friction does not follow slip
     convolutions: int = 0  #: convolutions spent
@@ -121,8 +120,8 @@ class ImplicitStage:
         """The stage, from first guesses of its pressure, Pa, and of the change of G, m.
 
         ``tolerance`` applies to the normal contact. A ContactError says that the iteration between
-        flow and wear does not converge, or that a value is not finite. Sweeps have no other method
-        to fall back on: what they iterate is proportional to the step, which the caller halves.
+        flow and wear does not converge, or that a value is not finite. The iteration has no
+        fallback: its terms are proportional to the step, which the caller halves.
         """
         drift, reduced, geometry = self._expected(change), self.base.reduced, self.bodies.geometry
         problem = self.problem
@@ -148,7 +147,7 @@ class ImplicitStage:
             if settled and lost <= enough * self.tolerance * geometry.integral(stage.opening):
                 break
             if settled and lost > 0.5 * previous:
-                # Flow lets wear catch up, which stops the flow: average the two.
+                # Flow lets wear catch up, which stops the flow: average both.
                 relaxation = max(0.5 * relaxation, 0.1)
             previous = lost
             drift = drift.corrected(missing, stage, relaxation)
@@ -181,27 +180,27 @@ class ImplicitStage:
         return False
 
     def _rubbed(self, exposure: Exposure, expected: WearProblem) -> Exposure:
-        """The exposure under the friction of the moment, from that under the expected one."""
+        """The exposure under the present friction, from the exposure under the expected one."""
         if self.dissipation is None:
             return exposure
         unloaded, rate, withheld = exposure
-        # As much of either as the end of the stage adds.
+        # Both scale with the friction at the end of the stage.
         rate = rate * (self.problem.local_wear_growth / expected.local_wear_growth)
         more = self.problem.withheld_depth - expected.withheld_depth
         return Exposure(unloaded, rate, withheld + self.dissipation.cycles * more)
 
     def _expected(self, change: Array) -> Drift:
-        """The drift of a stage whose G probably changes so much, m."""
+        """The drift of a stage with a probable change of G, m."""
         base, problem, reduced = self.base, self.problem, self.base.reduced
         if not self._moves:
             return Drift(change if base.yielded else None)
         if reduced.follows_pressure:
             return Drift(_bounded(change, reduced.gap))
-        # Cells that begin to stick lose their gap, not more.
+        # Cells that begin to stick lose their gap and no more.
         shift = np.maximum(change, -reduced.gap)
         if reduced.response is None or not problem.normal.holds_load:
             return Drift(shift)
-        # Beyond the contact only d* changes G: with the bodies, or with µ.
+        # Outside the contact G changes only by d*, which follows δ or µ.
         ahead = float(change[-1, 0] / reduced.response[-1, 0])
         sliding = problem.reduced_condition(base.load, base.approach)
         held = reduced.approach + sliding.flexibility * reduced.load
@@ -216,7 +215,7 @@ class ImplicitStage:
         pressure: Array,
         tolerance: float,
     ) -> tuple[Contact, Layer]:
-        """The contact of the shape at the start of the stage with its wear as a layer."""
+        """The contact of the shape at the start of the stage, with its wear as a layer."""
         base, problem = self.base, self.problem
         layer = problem.slip_model.wear_layer(
             base.opening, base.reduced.gap, drift.shift, *exposure.opening(problem.debris_fraction)
@@ -239,14 +238,14 @@ class ImplicitStage:
         reduced: ReducedContact,
         tolerance: float,
     ) -> Stage:
-        """What follows from a normal contact of a tolerance: wear, plastic flow, reduced contact.
+        """Wear, plastic flow and reduced contact of a normal contact solved to a tolerance.
 
         ``reduced`` is a first guess of the latter.
         """
         base, problem = self.base, self.problem
         model, kept, pressure = problem.slip_model, problem.debris_fraction, contact.pressure
         opening = layer.displacement(pressure)
-        # As the displacement leaves it, not quite zero in the contact.
+        # Gap of the displacement, slightly different from zero in the contact.
         gap, plastic = contact.gap.copy(), base.plastic
         worn = opening - base.opening
         self._close(contact, opening, worn, gap)
@@ -288,11 +287,11 @@ class ImplicitStage:
         )
 
     def _close(self, contact: Contact, *fields: Array) -> None:
-        """Take from opening, worn depth and gap, m, what wear opened without pressure.
+        """Subtract from opening, worn depth and gap, m, any gap that wear opened without pressure.
 
         Wear needs pressure, so it cannot open a gap: a cell that wore in this stage touches. A long
         step removes too much where a cell loses its pressure on the way, and a contact solved to a
-        tolerance a little too much where hardly any is left; either would stay open for ever.
+        tolerance removes slightly too much where hardly any pressure is left. Both would stay.
         """
         pressure, worn = contact.pressure, fields[1]
         idle = _IDLE * np.average(pressure, weights=self.bodies.geometry.weights)
@@ -311,7 +310,7 @@ class ImplicitStage:
         if drift.shift is not None:
             missing = missing - drift.shift
         zeros, lost = np.zeros_like(stage.opening), np.abs(missing)
-        # The wear due to the missing flow, or to slip that changes midway.
+        # The wear due to the missing flow, or to slip that changes within the stage.
         opens = exposure.opening(problem.debris_fraction)
         flow = WearLayer(zeros, lost, None, opens.unloaded, opens.rate)
         if self._moves and not stage.yielded:
@@ -329,8 +328,8 @@ class ImplicitStage:
 def _bounded(change: Array, gap: Array) -> Array:
     """A change of G, m, by which g* at most doubles or vanishes over a stage.
 
-    Beside the edge of a stick zone, where slip begins under a high pressure, the same change wears
-    a cell until the pressure has left it, however large it is.
+    Beside a stick edge, where slip begins under a high pressure, a cell wears until the pressure
+    has left it, whatever the change.
     """
     return np.asarray(np.clip(change, -gap, gap))
 
@@ -345,8 +344,8 @@ def all_worn(
 ) -> Array:
     """Wear depth of a stage, m, part of which is kept as debris; the rest opens the gap.
 
-    If all of it is kept the contact does not depend on slip, and the reduced gap changes from
-    ``before`` to ``after`` evenly in x: ∫g* dx is x times their mean.
+    If all debris is kept, the contact does not depend on slip, and the reduced gap changes from
+    ``first_gap`` to ``last_gap`` linearly in x: ∫g* dx is x times their mean.
     """
     if kept < 1.0:
         return opened / (1.0 - kept)

@@ -25,9 +25,9 @@ Where worn surfaces conform, pressure and gap vanish together: a contact read of
 collapse to the stick zone after many cycles.
 """
 
-# Fields of a state that other cells take over as they are.
+# Fields of a state that move to other cells unchanged.
 _RESIZED = ("pressure", "wear", "opening", "plastic", "pressure_rate", "source_rate")
-# Least part of a change of the limit of pressure that is made.
+# Smallest fraction by which the pressure limit is relaxed.
 _LEAST_PART = 0.2
 # Columns of cells whose heights are computed at a time.
 _COLUMNS = 64
@@ -41,19 +41,19 @@ class WearProblem(Setup):
     spacing: tuple[float, float]  #: cell size along x and y, m
     extent: tuple[float, float]  #: half-widths along x and y, m, of the first window
     geometry: type[Geometry] = Grid  #: kind of cells to compute on
-    #: How many times wider than usual rings and strips are; fields and peaks are still means over
-    #: cells as large as the spacing.
+    #: Factor on the usual width of rings and strips; fields and peaks are still means over cells of
+    #: the spacing.
     coarseness: float = 1.0
-    #: The setups, this one first, each with the cycle up to which it holds; empty if this one
-    #: always holds.
+    #: The setups, this one first, each with the cycle up to which it holds; empty if there is only
+    #: this one.
     blocks: tuple[tuple[float, Setup], ...] = ()
 
     def with_setup(self, setup: Setup) -> WearProblem:
-        """Another setup, of the same bodies on the same cells, which holds from now on."""
+        """Another setup of the same bodies on the same cells, from now on."""
         return replace(self, **vars(setup.setup), blocks=())
 
     def at(self, cycle: float) -> WearProblem:
-        """The problem at a cycle, in its block and each part as it is then."""
+        """The problem at a cycle: in its block, with each part as it is then."""
         if not self.blocks:
             return super().at(cycle)
         return self.with_setup(block_at(self.blocks, cycle)).at(cycle)
@@ -65,13 +65,13 @@ class WearProblem(Setup):
         layer: Layer | None = None,
         limit: float | Array | None = None,
     ) -> ContactProblem:
-        """The normal contact of a shape, m; friction may lower the limit of pressure, Pa."""
+        """The normal contact of a shape, m; friction may lower the pressure limit, Pa."""
         load, approach = self.normal.held
         limit = self.plastic_limit if limit is None else limit
         return ContactProblem(half_space, shape, load, limit, layer, approach)
 
     def load_of(self, geometry: Geometry, contact: Contact) -> float:
-        """P, N, of a contact: the load that is held, or else the load that it carries."""
+        """P, N, of a contact: the held load, or else the load that it carries."""
         load, _ = self.normal.held
         return geometry.integral(contact.pressure) if load is None else float(load)
 
@@ -110,9 +110,9 @@ class WearProblem(Setup):
     def shear_traction(self, pressure: Array, reduced: ReducedContact) -> Array:
         """Traction along x at +Q, Pa: µ p in the slip zone, µ (p − p*) in the stick zone.
 
-        Where friction follows slip, the pressure is ψp, and µ is the coefficient.
-        It is at most ±µ p. That is no bound where p* is of the same surface, and never above p;
-        the p* of a slip model that knows another surface may be more than twice p.
+        If friction follows slip, the pressure is ψp, and µ is the coefficient. The result is
+        clipped to ±µ p. That matters only for slip models whose p* belongs to another surface and
+        may exceed 2p; otherwise p* never exceeds p.
         """
         if reduced.sheared is not None:
             return np.asarray(reduced.sheared.traction[0])
@@ -135,14 +135,14 @@ class WearProblem(Setup):
     def tangential_displacement(self, approach: float, reduced: ReducedContact) -> float:
         """Relative displacement of distant points along x at +Q, m: µκ (δ − δ*).
 
-        If slip is taken from the unworn contact, so is δ.
+        If slip follows from the unworn contact, so does δ.
         """
         if not (self.slip_model.follows_shape or self.loading.stroke):
             approach = self.hertz.approach
         return self.friction_law.coefficient * self.coupling * (approach - reduced.approach)
 
     def tangential_force(self, load: float, reduced: ReducedContact) -> float:
-        """Amplitude Q of the tangential force, N: µ (P − P*), P in the mean over a cycle."""
+        """Amplitude Q of the tangential force, N: µ (P − P*) with the mean P of a cycle."""
         return self.friction_law.coefficient * (load - self.load_amplitude(load) - reduced.load)
 
     # What changes as the contact wears.
@@ -159,7 +159,7 @@ class WearProblem(Setup):
         return now.under(means), means
 
     def means(self, stage: Stage, geometry: Geometry) -> Means:
-        """Means of a contact, which coefficients of wear may follow."""
+        """Means of a contact, on which coefficients of wear may depend."""
         energy, friction = self.dissipated_energy(stage, geometry), self.friction_law.coefficient
         area = geometry.integral(stage.in_contact.astype(float))
         slip = energy / (4.0 * friction * self.slipping_load(stage, geometry))
@@ -221,12 +221,12 @@ class Workspace:
 
 
 class YieldLimit:
-    """The limit of pressure, which shear lowers, found in turn with the contact that it changes.
+    """The pressure limit, which shear lowers, iterated with the contact that depends on it.
 
-    Where more cells yield under a lower limit others bear more, by which the shear in the stick
-    zone falls and the limit there rises: the limits of successive contacts alternate, mostly in a
-    single mode. So they are relaxed by Aitken's method: Irons and Tuck, "A version of the Aitken
-    accelerator for computer iteration", Int. J. Numer. Meth. Engng 1 (1969).
+    If more cells yield under a lower limit, others bear more, which reduces the shear in the stick
+    zone and raises the limit there. So the limits of successive contacts alternate, mostly in a
+    single mode. Aitken's method relaxes them: Irons and Tuck, "A version of the Aitken accelerator
+    for computer iteration", Int. J. Numer. Meth. Engng 1 (1969).
     """
 
     def __init__(self, problem: WearProblem, geometry: Geometry, value: float | Array) -> None:
@@ -235,10 +235,10 @@ class YieldLimit:
         self._part, self._before = 1.0, np.zeros(())
 
     def suits(self, contact: Contact, reduced: ReducedContact, enough: float) -> bool:
-        """Whether a contact keeps the limit that follows from it; else the limit is changed.
+        """Whether a contact keeps the limit that follows from it; otherwise the limit is changed.
 
-        It may miss the limit by so much of its load, N: the excess, and what cells at the former
-        limit bear too little.
+        The tolerance is a load, N: the excess over the new limit, plus the load missing on cells at
+        the former limit.
         """
         problem, integral = self._problem, self._geometry.integral
         if problem.slip_limit == problem.plastic_limit:
@@ -264,12 +264,12 @@ class Pulse:
     """One cycle of a load in phase with a force, between the largest P₂ and the least P₁."""
 
     path: Array  #: ∫p ds over this one cycle, Pa m, shape of the geometry as for all fields
-    share: Array  #: share of the slip of a point that it does in contact
+    share: Array  #: fraction of the slip of a point during which it is in contact
     least: Array  #: pressure under P₁, Pa
     least_load: float  #: P₁, N
-    loads: Array  #: some loads from P₀, with which the stick zone touches, to P₂, N
+    loads: Array  #: some loads from P₀, at which the stick zone touches, to P₂, N
     approaches: Array  #: approaches under these loads, m
-    power: float  #: of the load, with which approaches change evenly
+    power: float  #: of the load; approaches change linearly in this power
 
     def approach(self, load: Array | float) -> Array:
         """The approach under a load, N, from P₀ to P₂, m."""
@@ -292,7 +292,7 @@ class Stage:
     pressure: Array  #: p, Pa, shape of the geometry as for all fields
     gap: Array  #: m
     wear: Array  #: wear depth of both bodies, m
-    opening: Array  #: gap at no load opened by wear, m: the wear less the debris that stayed
+    opening: Array  #: gap opened by wear at no load, m: the wear less the debris that stays
     plastic: Array  #: plastic depth, m
     load: float  #: P, N
     approach: float  #: δ, m
@@ -316,14 +316,14 @@ class Stage:
     def in_contact(self) -> Mask:
         """Cells under pressure, and those whose gap is at most `CONTACT_GAP` of the approach.
 
-        The approach counts from the smooth sphere: bodies that touch in deep valleys of roughness
-        only have a negative one.
+        The approach counts from the smooth sphere, so bodies that touch only in deep valleys of
+        roughness have a negative one.
         """
         return np.asarray((self.pressure > 0) | (self.gap <= CONTACT_GAP * abs(self.approach)))
 
     @property
     def mean_approach(self) -> float:
-        """δ, m, in the mean of the largest and the least load of a cycle."""
+        """δ, m, averaged over the largest and the least load of a cycle."""
         if self.pulse is None:
             return self.approach
         return 0.5 * (self.approach + float(self.pulse.approach(self.pulse.least_load)))
@@ -339,13 +339,13 @@ class Stage:
 class State(Stage):
     """The contact after a number of cycles, with everything that a later step needs."""
 
-    cycle: float  #: number of cycles N; between the requested ones not an integer
-    geometry: Geometry  #: cells of the fields; the bodies have not touched beyond yet
+    cycle: float  #: number of cycles N; not an integer between requested ones
+    geometry: Geometry  #: cells of the fields; outside, the bodies have not touched yet
     next_step: float  #: number of cycles that the next step should try
-    #: How p, Pa, changed per cycle in the last step of usual length: a guess for the next one.
+    #: Change of p, Pa, per cycle in the last step of usual length: a guess for the next one.
     pressure_rate: Array
     source_rate: Array  #: the same for G of `source_since`, m
-    step: int = 0  #: how many steps were accepted so far
+    step: int = 0  #: number of accepted steps
     error_estimate: float = 0.0  #: error of the last step's wear relative to the wear volume
     convolutions: int = 0  #: half-space convolutions spent so far, rejected steps included
 

@@ -1,16 +1,16 @@
-"""Contacts that slide as a whole, over a stroke that need not be small compared with them.
+"""Contacts in gross sliding, over a stroke that need not be small against the contact.
 
-Each point of a body meets different points of the other in the course of a stroke, and the wear of
-the indenter moves with it. So a stroke is a series of contacts, one for each of several positions ξ
-of the indenter, of the shape
+Each point of a body meets different points of the other body in the course of a stroke, and the
+wear of the indenter moves with it. So a stroke is a series of contacts, one for each of several
+positions ξ of the indenter, of the shape
 
     h(x, ξ) = h₀(x − ξ) + w₁(x − ξ) + w₂(x),   dw₁/dN = 4sK₁ ⟨p(X + ξ, ξ)⟩,
                                                  dw₂/dN = 4sK₂ ⟨p(x, ξ)⟩,
 
-⟨⟩ being the mean over the stroke from −s to s, 4s the path of a cycle. Both directions and both
-sides are equivalent, so half of the positions suffice; the contact at each is even along y only. A
-load in phase with the motion is a function of the position, P(ξ) = P (1 + r)/2 + P (1 − r)/2 · ξ/s:
-directions are still equivalent, but sides are not, and scars of both bodies have two of them.
+where ⟨⟩ is the mean over the stroke from −s to s, and 4s the path of a cycle. Both directions and
+both sides are equivalent, so half of the positions suffice; the contact at each is even along y
+only. A load in phase with the motion is a function of the position, P(ξ) = P (1 + r)/2 + P (1 −
+r)/2 · ξ/s: directions are still equivalent, but sides and the two halves of a scar are not.
 
 The contacts of a stage at all positions are one problem, `fretwear.mechanics.wear.rubbing`.
 """
@@ -39,23 +39,23 @@ from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 # Cells between a contact and the border, and the factor by which they grow.
 _MARGIN, _GROWTH = 6, 1.2
 _FIRST_STEP = 0.1
-# Largest number of passes over the stroke in which bodies sink when they are loaded.
+# Largest number of passes over the stroke in which bodies sink during a loading.
 _LARGEST_PASSES = 20
 
 
 @dataclass(frozen=True, kw_only=True)
 class StrokeState(State):
-    """A state of a contact that slides as a whole.
+    """A state of a contact in gross sliding.
 
-    Pressure, gap, approach and load belong to the middle of the stroke, and wear is the sum of both
+    Pressure, gap, approach and load are those in the middle of the stroke; wear is the sum of both
     bodies there.
     """
 
     #: Wear depth of the flat and of the indenter, each in its own coordinates, m, on the cells of
     #: the geometry, shape (2, n, m).
     worn: Array
-    rates: Array  #: wear depth of each in this one cycle, m
-    sunk: Array  #: plastic depth of each, m
+    rates: Array  #: wear depth of each body in this one cycle, m
+    sunk: Array  #: plastic depth of each body, m
     #: Pressure at each position, Pa, on cells of either side along x, shape (positions, nx, m).
     pressures: Array
 
@@ -70,7 +70,7 @@ class StrokeState(State):
         return np.asarray(self.worn[0])
 
     def wear_of_each(self, law: WearLaw) -> dict[str, Array]:
-        """Wear depth of indenter and flat, each in its coordinates, m, if the law knows them."""
+        """Wear depth of indenter and flat, in coordinates of their own, m, if known."""
         return {"indenter": self.wear_indenter, "flat": self.wear_flat} if law.is_of_each else {}
 
     def on(self, workspace: Workspace, geometry: Geometry) -> Self:
@@ -104,7 +104,7 @@ def slide(
 
 
 class _Slider(Integrator[StrokeState]):
-    """The steps of a contact that slides as a whole; of two bodies, the flat comes first."""
+    """The steps of a contact in gross sliding; of two bodies, the flat comes first."""
 
     def __init__(self, problem: WearProblem, state: StrokeState | None, tolerance: float) -> None:
         super().__init__(problem, state, tolerance)
@@ -154,8 +154,8 @@ class _Slider(Integrator[StrokeState]):
                 worn, sunk = previous.worn, previous.sunk
             rigid, change = np.zeros((2, 1, 1)), inf
             contacts = self._contacts(cycle, worn, sunk, rigid, start)
-            # Cells that sink at one position carry less at others, where more sink next time.
-            # Depths only grow, and are bounded, so this ends.
+            # Cells that sink at one position carry less at others, which sink more in the next
+            # pass. Depths only grow and are bounded, so this ends.
             for _ in range(_LARGEST_PASSES):
                 if self._outgrown(contacts) or change <= self.tolerance or not contacts.flow.any():
                     break
@@ -197,7 +197,7 @@ class _Slider(Integrator[StrokeState]):
         return rates if zones is None else rates * zones.factors(self.rubbing.geometry)
 
     def means(self, cycle: float, pressures: Array) -> Means:
-        """Means of the contacts at all positions, which coefficients of wear may follow."""
+        """Means of the contacts at all positions, on which coefficients of wear may depend."""
         problem, rubbing = self.problem.at(cycle), self.rubbing
         if not problem.wear_law.follows_contact:
             return Means()
@@ -222,7 +222,7 @@ class _Slider(Integrator[StrokeState]):
             return self._contacts(cycle, explicit, sunk, compliance, start)
 
         middle, started = base.cycle + TR_BDF2.middle * step, base.rates
-        # The means that the wear coefficient follows lag by one stage.
+        # The means that the wear coefficient follows are those of the stage before.
         means = self.means(base.cycle, base.pressures)
         explicit = base.worn + TR_BDF2.implicit * step * started
         first = stage(middle, explicit, base.sunk, self.rates(middle, means), base.pressures)

@@ -1,10 +1,10 @@
 """Where the cells of a run lie: for its first loading, before a step, and around its contact.
 
 Pressure exists only near the contact, so fields live on a window a little larger than it. A smooth
-contact grows at its border, and pressure near the window's border announces it. In a rough contact
-the next asperity tip lies up to a wavelength away, with no contact in between: the surface beyond
-the window is checked too. There it is unworn, and its gap is the displacement by the pressure
-inside, plus the shape, minus the approach.
+contact grows at its border, so pressure near the window's border announces growth. In a rough
+contact the next asperity tip lies up to a wavelength away, with no contact in between, so the
+surface outside the window is checked too. It is unworn there; its gap is the displacement by the
+pressure inside plus the shape minus the approach.
 
 A new kind of cells gets an entry in `FIRST_CELLS` and registers itself with the other functions.
 """
@@ -33,12 +33,12 @@ from fretwear.mechanics.wear.grading import (
 from fretwear.mechanics.wear.state import Stage, WearProblem, Workspace
 from fretwear.theory import LineContact
 
-# Cells of a window beside its border, over all, that must be free before a step: it seldom widens a
-# contact by more, and growing the window beforehand costs less than repeating the step.
+# Cells beside the border of a window, over all, that must be free before a step. A step seldom
+# widens a contact by more; growing the window beforehand costs less than repeating the step.
 _AHEAD = 0.02
-# Part of a wavelength that reaches from a valley in the middle beyond the tips beside it.
+# Fraction of a wavelength from a valley in the middle to beyond the tips beside it.
 _TO_TIPS = 0.6
-# Factor by which a row of strips exceeds what it must hold.
+# Factor by which a row of strips exceeds the needed length.
 _ROOM = 1.1
 
 
@@ -77,7 +77,7 @@ def first_cells(problem: WearProblem) -> Geometry:
 
 @singledispatch
 def next_cells(cells: Geometry, problem: WearProblem, stage: Stage) -> Geometry:
-    """Cells that suit the next step after a stage: the same, or larger ones if it may need them."""
+    """Cells for the step after a stage: the same, or larger ones if it may need them."""
     raise TypeError(f"{type(cells).__name__} are not registered in {__name__}")
 
 
@@ -148,11 +148,11 @@ def _to_next_tip(problem: WearProblem) -> float:
 def _touches_beyond(
     grid: Grid, workspace: Workspace, pressure: Array, approach: float
 ) -> tuple[bool, bool]:
-    """Whether the surfaces touch beyond a window, along x and along y."""
+    """Whether the surfaces touch outside a window, along x and along y."""
     problem = workspace.problem
     if problem.wavelengths is None:
         return False, False
-    # A wavelength beyond, as far as the surface lies below the approach.
+    # A wavelength outside, as far as the surface lies below the approach.
     x, y = (
         max(half, min(half + wavelength, far))
         for half, wavelength, far in zip(
