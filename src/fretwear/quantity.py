@@ -590,7 +590,8 @@ class Part:
             value = {"kind": value}
         if not isinstance(value, Mapping):
             rule = f"must be one of {', '.join(kinds)}"
-            raise QuantityError(rule, did_you_mean(value, kinds))
+            usual = f"write {{kind: {next(iter(kinds))}, …}}"
+            raise QuantityError(rule, did_you_mean(value, kinds) or usual)
         name = value.get("kind", next(iter(kinds)))
         if name not in [*kinds]:
             rule = f"must be one of {', '.join(kinds)}"
@@ -682,7 +683,7 @@ def each(values: Sequence[object], read: Callable[[object], Any]) -> list[Any]:
 
 def means_none(value: object) -> bool:
     """Whether a value is the word ``none``."""
-    return isinstance(value, str) and value.strip() == "none"
+    return isinstance(value, str) and value.strip().lower() == "none"
 
 
 def is_list(value: object) -> TypeGuard[Sequence[object]]:

@@ -40,6 +40,11 @@ base/roughness: {kind: measured, file: no.x3p} || base.roughness.file = no.x3p: 
 base/roughness: {kind: wavy}, vary/roughness.seed: [1] || vary.roughness.seed = 1: is not known
 base/friction: {cycles: [0, 500], values: [0.2]} || has 2 cycles and 1 values
 base/blocks: [{cycles: 9, radius: 9 mm}] | base/cycles | base.blocks[0].radius = 9 mm: is not known
+base/diameter: 10 mm || base.diameter = 10 mm: is not known | the radius, half of it
+base/load: [50 N, 60 N] | vary/load | belong into vary
+vary/material: [52100, copper] || vary.material | vary takes youngs_modulus
+base/roughness: 0.1 um || must be one of wavy | write {kind: wavy, …}
+base/roughness: {kind: wavy, Ra: 1 um} || about 1.25 Ra
 base/blocks: [{cycles: 9}] || each block gives its cycles
 invalid: ignore || 'stop' or 'skip'
 base/material: titan | base/youngs_modulus, base/poisson_ratio | did you mean 'titanium'

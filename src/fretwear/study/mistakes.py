@@ -19,6 +19,15 @@ Form = TypeVar("Form")
 LISTED, RANGE = "[]", "{}"
 """What tells a list of values from a range where either may be; no key of a file."""
 _LONGEST_VALUE = 60
+# Words for keys on other pages, and what to write here.
+_OTHER_WORDS = {
+    "diameter": "give the radius, half of it",
+    "stroke": "give sliding_amplitude, half of it",
+    "ra": "give rms_height, about 1.25 Ra",
+    "rq": "give rms_height",
+    "mu": "did you mean 'friction'?",
+    "material": "base takes material; vary takes youngs_modulus, poisson_ratio and plastic_limit",
+}
 
 
 @dataclass(frozen=True)
@@ -95,7 +104,8 @@ class Mistakes(list[Mistake]):
 
 def nearest_key(name: str, valid: Iterable[str]) -> str:
     """Return a hint at the valid key that is nearest to an unknown one."""
-    return did_you_mean(name, valid) or "fretwear schema lists all keys"
+    hint = _OTHER_WORDS.get(name.lower()) or did_you_mean(name, valid)
+    return hint or "fretwear schema lists all keys"
 
 
 def _keys_at(schema: Schema, path: Sequence[int | str]) -> Iterator[str]:
@@ -115,7 +125,10 @@ def _mistake(one: ErrorDetails, schema: Callable[[], Schema]) -> Mistake:
     place, value, context = "".join(steps).removeprefix("."), one["input"], one.get("ctx", {})
     match one["type"]:
         case "value_error" if isinstance(context["error"], QuantityError):
-            return Mistake(place, value, context["error"].rule, context["error"].hint)
+            hint = context["error"].hint
+            if isinstance(value, list) and not hint and path[0] == "base":
+                hint = "several values belong into vary"
+            return Mistake(place, value, context["error"].rule, hint)
         case "missing":
             return Mistake(place, None, "is missing")
         case "unexpected_keyword_argument" | "extra_forbidden":

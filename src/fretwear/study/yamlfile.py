@@ -13,6 +13,11 @@ from fretwear.units import QuantityError, nearest
 
 STUDIES = Path("studies")
 
+# What the parser meets, and what is to be done.
+_REMEDIES = {
+    "'\\t'": "indent with spaces, not with a tab",
+    "mapping values are not allowed": "indent keys alike, and quote text with a colon",
+}
 # Everything else is text: YAML 1.2 has no dates.
 _CORE = tuple(f"tag:yaml.org,2002:{kind}" for kind in ("int", "float", "bool", "null"))
 
@@ -65,7 +70,8 @@ def read_document(file: Path) -> Document:
     except YAMLError as error:
         mark = error.problem_mark if isinstance(error, MarkedYAMLError) else None
         reason = getattr(error, "problem", None) or "it has characters that are not text"
-        mistake = Mistake("", None, f"is not YAML: {reason}", line=mark and mark.line + 1)
+        remedy = next((_REMEDIES[part] for part in _REMEDIES if part in reason), "")
+        mistake = Mistake("", None, f"is not YAML: {reason}", remedy, mark and mark.line + 1)
     except UnicodeDecodeError as error:
         mistake = Mistake("", None, f"is not UTF-8 text (byte {error.start})")
     except RecursionError:
