@@ -23,9 +23,9 @@ from fretwear.results import CYCLE, X
 from fretwear.units import NO_UNIT, cycle_text, number_text
 from fretwear.version import code_digest
 from fretwear_cracks import StressError
+from fretwear_cracks.constants import LAWS
 from fretwear_cracks.inputs import KEYS, read_pair, read_quantity, snapshot_of, usual_depths
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
-from fretwear_cracks.section import LAWS
 from fretwear_cracks.stresses import place_of_largest, stress, warnings_of_depth
 from fretwear_cracks.variables import (
     CRACKS,

@@ -20,11 +20,11 @@ from fretwear.study.case import Case
 from fretwear.theory import LineContact
 from fretwear.units import QuantityError, cycle_text, listed
 from fretwear_cracks import StressError
-from fretwear_cracks.section import StressOutput
+from fretwear_cracks.constants import StressConstants
 from fretwear_cracks.states import LoadedSurface
 
-KEYS = {n: about for n, about in declared(StressOutput).items() if isinstance(about, Quantity)}
-"""Quantities of `StressOutput` by their keys."""
+KEYS = {n: about for n, about in declared(StressConstants).items() if isinstance(about, Quantity)}
+"""Quantities of `StressConstants` by their keys."""
 # k and the yield strength, and the weight of the mean stress.
 _FATEMI_SOCIE = Quantity("1", "", "", ge=0.0), Quantity("Pa", "", "", gt=0.0)
 _CROSSLAND = Quantity("1", "", "")
