@@ -1,4 +1,4 @@
-"""Errors estimated from runs on wider cells, and how wide cells may be for an accuracy."""
+"""Errors estimated from runs on wider cells, and widths of cells for a requested accuracy."""
 
 from __future__ import annotations
 
@@ -18,44 +18,44 @@ from fretwear.study.memory import affordable_width
 
 _Columns: TypeAlias = dict[str, NDArray[np.float64]]
 
-# Standard deviations in an estimated error.
+# Number of standard deviations in an estimated error.
 _DEVIATIONS = 2.0
-# Values below this part of the largest have just begun to grow, and do not represent the others.
+# Values below this fraction of the largest have just begun to grow; their errors are left out.
 _TRACE = 0.01
-# Words in the names of scalars that follow from the edges of contact and stick. These lie somewhere
-# in a cell, so that now and then a scalar is the same in both runs, even throughout an elastic run,
-# or jumps by a row of asperities: the median over the scalars of a zone is the least difference
-# that counts.
+# Words in the names of scalars that depend on the edges of contact and stick. Edges lie anywhere in
+# a cell, so that sometimes a scalar is the same in both runs, even throughout an elastic run, or
+# jumps by a row of asperities. The median over the scalars of a zone is the least difference that
+# counts.
 _ZONES = ("contact", "stick", "scar")
-# Share of a difference at one snapshot that counts at those before and after.
+# Share of a difference at one snapshot that counts at the neighbouring ones.
 _BESIDE = 0.6
-# Words in the names of scalars that add up over steps or follow from the worn shape.
+# Words in the names of scalars that add up over steps or depend on the worn shape.
 _OF_STEPS = ("wear", "plastic", "energy", "sliding")
-# These err less, over the difference of two runs, than edges and largest values.
+# Integrals: error over the difference of two runs, smaller than for edges and maxima.
 _STEADY, _OF_STEADY = ("wear_volume", "dissipated_energy", "sliding"), 0.65
-# Wear adds up what friction dissipates in each cycle.
+# Wear is the sum of the energy that friction dissipates in each cycle.
 _SUMS, _SUMMED = ("wear_volume", "maximum_wear_depth"), "dissipated_energy"
-# These fall while a contact wears in; the error of the time that it takes, over √(h/a).
+# Results that fall while a contact wears in; relative error of the time this takes, over √(h/a).
 _FALLING, _OF_TIME = ("dissipated_energy", "sliding"), 0.9
 
 
-# Results that an accuracy is asked for, where a case has them.
+# Results to which a requested accuracy applies, if a case has them.
 ASKED = (*(n for n in HEADLINES if not RESULTS[n].may_lack),)
-# The energy of a contact that wears in is as accurate as an accuracy asks relative to this.
+# Fraction of the largest energy to which the error of the energy is relative, if it wears in.
 _OF_LARGEST = "dissipated_energy"
 USUAL_BUDGET = 10.0  # work of all runs over the work on default cells
 # Share of the accuracy that the next run aims at.
 _AIM = 0.8
 _MOST_RATIO = 4.0  # of the widths of two runs from which errors are estimated
-# Cells along two axes, or matrices of cells, make each step dearer by at least this power. From the
+# Least exponent of the cost of a step for cells along two axes, or for matrices of cells. From the
 # second run to the third, work has grown by up to 0.5 more than from the first to the second.
 _LEAST_GROWTH, _FASTER = 2.0, 0.5
 
 
 class Margins(NamedTuple):
-    """How far two runs may agree by chance, chosen on 60 cases of `benchmarks.verification`."""
+    """Margins for chance agreement of two runs, from 60 cases of `benchmarks.verification`."""
 
-    of_cells: float  # factor of errors estimated from their difference
+    of_cells: float  # factor on errors estimated from their difference
     of_steps: float  # least error due to steps over the tolerance
 
     @classmethod
@@ -71,13 +71,13 @@ class Margins(NamedTuple):
 class GridRun:
     """A finished run on cells of one width."""
 
-    width: float  # of its cells over the default
+    width: float  # width of its cells over the default
     rows: list[dict[str, float]]  # every scalar at each snapshot
     tips: list[NextTips]  # at each snapshot
-    # Relative errors at the snapshots of each result that an accuracy is asked for; none if
+    # Relative errors at the snapshots of each result to which the accuracy applies; empty if
     # unknown.
     errors: dict[str, NDArray[np.float64]]
-    # Counted, so that it is the same on every machine: `RunRecord.work`; 0 for a run alongside.
+    # `RunRecord.work`, a count and so the same on every machine; 0 for a run alongside.
     work: float = 0.0
 
     @classmethod
@@ -93,16 +93,16 @@ class GridRun:
 
 
 def columns_of(rows: Sequence[Mapping[str, float]]) -> dict[str, NDArray[np.float64]]:
-    """Return the values by name of rows that have the same names."""
+    """Return the values of rows with the same names, by name."""
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
 def next_width(case: Case, rounds: Sequence[GridRun]) -> float | None:
-    """Return the width of cells over the default for the next run of a case; None: it is done.
+    """Return the width of cells over the default for the next run of a case; None if none follows.
 
-    A case that asks for an accuracy begins on cells of its `first_width` and goes on with default
-    ones if it has not reached the accuracy. If these do not reach it either, further runs have
-    cells as narrow as errors call for that fall with the width, or as the budget allows.
+    A case with a requested accuracy begins on cells of its `first_width` and continues with default
+    ones if it misses the accuracy. If these miss it too, further runs have cells as narrow as the
+    fall of errors with the width requires, or as the budget allows.
     """
     if case.asked_accuracy is None:
         return None if rounds else 1.0
@@ -133,12 +133,12 @@ def _narrower(
     if left > 0.0:
         of_work = last.width * (left / last.work) ** (-1.0 / _growth(rounds))
     width = max(aimed, of_work, affordable_width(case), last.width / _MOST_RATIO)
-    # Two runs on nearly the same cells tell little about errors.
+    # Two runs on nearly the same cells say little about errors.
     return width if width <= last.width / case.times_coarser * (1.0 + 1e-9) else None
 
 
 def _growth(rounds: Sequence[GridRun]) -> float:
-    """Power of the inverse width of cells by which work grows, from the last two runs."""
+    """Exponent of the work in the inverse width of cells, from the last two runs."""
     grown, runs = _LEAST_GROWTH, [run for run in rounds if run.work]
     if len(runs) > 1:  # one, if cells wider than the default ones have failed
         *_, wide, narrow = runs
@@ -151,8 +151,8 @@ def relative_errors(
 ) -> dict[str, NDArray[np.float64]]:
     """Return the relative errors of the results in `ASKED` at the snapshots, shape (n,).
 
-    Values that have just begun to grow do not count, and the energy of a contact that wears in
-    counts relative to its largest value.
+    Values that have just begun to grow do not count. The error of the energy of a contact that
+    wears in is relative to its largest value.
     """
     relative: dict[str, NDArray[np.float64]] = {}
     for name in (name for name in ASKED if name in errors):
@@ -186,9 +186,9 @@ def without_jumps(
     """Return the values of the coarser of two runs without jumps to other tips, and the jumps, m.
 
     Half-widths that differ by more than half the distance of tips along x or y, the
-    ``wavelengths``, m, of a rough surface, end at different tips: then the finer value takes the
-    place of the coarser one. Whether a tip touches is decided by the gap at its top: it is open
-    where both runs differ, or where the gaps differ so much that they may close on narrower cells.
+    ``wavelengths``, m, of a rough surface, end at different tips; the finer value replaces the
+    coarser one. Whether a tip touches depends on the gap at its top. This is uncertain if both runs
+    differ, or if the gaps differ so much that they may close on narrower cells.
     """
     values, comparable = (columns_of(run.rows) for run in (finer, coarser))
     jumps: _Columns = {}
@@ -221,29 +221,28 @@ def estimated_errors(
     tolerance: float,
     margins: Margins,
 ) -> dict[str, NDArray[np.float64]]:
-    """Estimate how far results are from the limit of infinitely narrow cells and short steps.
+    """Estimate the errors of results against infinitely narrow cells and short steps.
 
     The scalars by name at the snapshots, shape (n,), belong to a run and to its twin, whose cells
     are some times wider. The estimates have the same names, shapes and units.
 
-    Where the cells are k times wider and the tolerance is k² times larger, results differ by k − 1
-    times the error of the run if errors grow with the width of a cell, and by √(k² + 1) times its
-    standard deviation if they follow from where edges happen to fall in cells. √(k² − 1) lies
-    between.
+    With cells k times wider and a tolerance k² times larger, results differ by k − 1 times the
+    error of the run if errors grow with the width of a cell, and by √(k² + 1) times its standard
+    deviation if they depend on where edges happen to cut cells. √(k² − 1) lies between.
 
-    The difference of two runs at one snapshot may be small by chance. What counts is the largest of
-    the difference itself, its median over the snapshots, relative to the value, and a share of it
-    at the snapshots before and after; the first snapshot stands alone. The median is that of
-    logarithms, so that it lies between a hard snapshot and an easy one. A value missing in one of
-    the two runs, NaN, counts as zero; if the run itself has none, there is no error.
+    The difference of two runs at one snapshot may be small by chance. The estimate takes the
+    largest of the difference itself, its median over the snapshots relative to the value, and a
+    share of it at the neighbouring snapshots; the first snapshot stands alone. The median is that
+    of logarithms, so that it lies between a hard snapshot and an easy one. A value missing in one
+    of the two runs, NaN, counts as zero; if the run itself has none, there is no error.
 
     A falling value, such as the energy of a contact that wears in, is the rest of a larger one: its
-    relative error is no smaller than before. Two runs that agree again merely cross.
+    relative error never decreases. Two runs that agree again merely cross.
 
-    Two runs may differ by less than the uncertainty due to cells alone, above all if the edges do
-    not move from one snapshot to the next: the standard deviations that edges within cells cause,
-    `scatter`, are a lower bound. So is a share of the tolerance for values that steps add up after
-    the first snapshot: cells and steps may err in opposite directions.
+    Two runs may differ by less than the uncertainty due to cells alone, especially if the edges do
+    not move between snapshots. So the standard deviations due to edges within cells, `scatter`, are
+    a lower bound. Another is a share of the tolerance for values that add up over steps after the
+    first snapshot: errors of cells and of steps may have opposite signs.
     """
     apart, sizes, usual = _differences(scalars, coarser)
     for zone in _ZONES:
@@ -270,13 +269,13 @@ def estimated_errors(
 def errors_of_wear_in(
     case: Case, scalars: Mapping[str, NDArray[np.float64]]
 ) -> dict[str, NDArray[np.float64]]:
-    """Return the least errors of results that fall while a contact wears in, as e^(-N/T) at last.
+    """Return the least errors of results that fall while a contact wears in, finally as e^(-N/T).
 
-    Two runs may agree by chance while both miss the time T. The last wear is beside the edge of
-    stick, where the pressure of elastic bodies rises with the inverse root of the distance: cells
-    of a width h see it to the order √(h/a). A result that has fallen by a factor f then errs by
-    about √(h/a) ln f, which narrower cells reduce too slowly to be called for. Where it may fall
-    with friction, or from block to block of a loading, there are no such errors.
+    Two runs may agree by chance while both miss the time T. The last wear is beside the stick edge,
+    where the pressure of elastic bodies rises with the inverse root of the distance, so cells of a
+    width h resolve it to the order √(h/a). A result that has fallen by a factor f then errs by
+    about √(h/a) ln f. Narrower cells reduce this too slowly to be requested. Results that fall with
+    friction, or from block to block of a loading, have no such errors.
     """
     errors: dict[str, NDArray[np.float64]] = {}
     if case.blocks or case.friction_law.least < case.friction_law.coefficient:
@@ -294,9 +293,9 @@ def errors_of_sums(
 ) -> dict[str, NDArray[np.float64]]:
     """Return the least errors of wear that follow from those of the dissipated energy.
 
-    Wear adds up this energy, with its errors: those between two snapshots enter by the wear between
-    them. Two runs may differ by less, as both err in one direction while wear goes on slowly beside
-    the edge of the stick zone.
+    Wear adds up this energy with its errors: those between two snapshots contribute in proportion
+    to the wear between them. Two runs may differ by less, since both err in one direction while
+    wear slowly continues beside the stick edge.
     """
     at_ends = (np.nan_to_num(np.abs(table[_SUMMED])) for table in (scalars, errors))
     energy, apart = (end + np.concatenate([end[:1], end[:-1]]) for end in at_ends)
@@ -311,7 +310,7 @@ def errors_of_sums(
 def _differences(
     scalars: Mapping[str, NDArray[np.float64]], coarser: Mapping[str, NDArray[np.float64]]
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, NDArray[np.float64]], dict[str, float]]:
-    """Differences of two runs by name, with shares of those beside, larger values, usual ratios."""
+    """Differences of two runs by name with shares of neighbours; largest values; usual ratios."""
     apart, sizes, usual = {}, {}, {}
     for name, values in scalars.items():
         fine, wide = (np.nan_to_num(np.abs(run)) for run in (values, coarser[name]))
@@ -325,7 +324,7 @@ def _differences(
         usual[name] = float(np.exp(np.median(np.log(differs)))) if differs.size else 0.0
         neighbours = np.zeros_like(fine)
         neighbours[2:] = relative[1:-1]
-        # What a later value has lost or grown by says nothing of the one before.
+        # The loss or growth of a later value says nothing about the one before.
         now, later = sizes[name][1:-1], sizes[name][2:]
         alike = np.minimum(now, later) / np.maximum(np.maximum(now, later), np.finfo(float).tiny)
         neighbours[1:-1] = np.maximum(neighbours[1:-1], alike * relative[2:])

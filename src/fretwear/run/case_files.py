@@ -1,4 +1,4 @@
-"""Cases to files: each appears complete, resumes from a checkpoint, or leaves why it failed."""
+"""From cases to files: each file appears complete, and a failure leaves its reason."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def simulate_to_file(
     """Simulate a case, write its file, and return the number of steps.
 
     The run resumes from the checkpoint beside the file, and an interrupted run leaves one. `tell`
-    takes messages, such as progress where there is no terminal; the command is a call that gives
+    takes messages, such as progress where there is no terminal. The command is a call that gives
     the same results; `attributes` of the study go into the file. Raises a ContactError or a
     WearError if the solution does not converge, a DataFileError if the file cannot be written and a
     MemoryError if the case does not fit in memory.
@@ -70,10 +70,10 @@ def simulate_to_folder(
 ) -> dict[str, str]:
     """Simulate cases one after the other, each to its file ``<case id>.nc`` in a folder.
 
-    Finished cases are kept; those that other code has computed only with `keep_older`. A case that
-    fails does not stop the others. `count` takes a line with the number of cases done among all of
-    a `study`, by their ids: after the first case, every ten seconds, and after the last. Returns
-    why cases failed, by id.
+    Finished cases are kept; those computed by other code only with `keep_older`. A case that fails
+    does not stop the others. `count` takes a line with the number of finished cases among all of a
+    `study`, by their ids: after the first case, every ten seconds, and after the last. Returns the
+    reasons of failures, by id.
     """
     failed, counted = dict[str, str](), -math.inf
     for number, (case_id, case) in enumerate(cases.items()):
@@ -111,7 +111,7 @@ def _count(folder: Path, study: Collection[str]) -> str:
 
 
 def failures(folder: Path) -> dict[str, str]:
-    """Return why cases that were begun have no file in a folder, by case id."""
+    """Return the reasons why cases that were begun have no file in a folder, by case id."""
     return {
         file.stem: file.read_text(encoding="utf-8", errors="replace")
         for file in sorted(folder.glob(f"*{_FAILED}"))

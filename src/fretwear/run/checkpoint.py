@@ -1,4 +1,4 @@
-"""Checkpoints: what a run has computed so far, in one file that NumPy reads."""
+"""Checkpoints: the record of a run so far, in one file that NumPy reads."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ _ARRAY, _TUPLE, _TYPE = "_array", "_tuple", "_type"
 class Checkpoint:
     """The checkpoint of a run: an observer that keeps the run record in a file.
 
-    It reads the file when it is made, writes it every `SECONDS_BETWEEN` and, as a context manager,
-    when the run is interrupted. `tell` takes one line where the run resumes, or why it cannot. Who
-    has stored the result removes the file.
+    The file is read when the observer is made, and written every `SECONDS_BETWEEN` and, in a
+    ``with`` statement, when the run is interrupted. `tell` takes one line where the run resumes, or
+    why it cannot. The caller removes the file once the result is stored.
     """
 
     def __init__(self, path: Path, case: Case, tell: Callable[[str], None]) -> None:
@@ -76,7 +76,7 @@ def read_checkpoint(path: Path, case: Case) -> RunRecord:
             assert isinstance(record, RunRecord)
             return record
         fault = "this checkpoint is of another run, or of other code"
-    except Exception:  # Readers raise all sorts of errors for a file of something else.
+    except Exception:  # Readers raise all sorts of errors for other kinds of files.
         fault = "this is no checkpoint, or a damaged one"
     raise DataFileError(path, fault, "The run starts at cycle 0")
 
@@ -105,7 +105,7 @@ def _packed(value: object, arrays: list[Array]) -> object:
 
 
 def _restored(packed: object, arrays: list[Array]) -> object:
-    """Restore what `_packed` has made; only dataclasses of this package are made from a file."""
+    """Restore what `_packed` made; only dataclasses of this package are built from a file."""
     if isinstance(packed, list):
         return [_restored(each, arrays) for each in packed]
     if not isinstance(packed, dict):

@@ -63,17 +63,17 @@ def progress_bar(case: Case, tell: Callable[[str], None] | None = None) -> Itera
 
 
 def _share(step: Step) -> float:
-    """Share of the time of a run that has passed, 0 to 1.
+    """Fraction of the time of a run that has passed, 0 to 1.
 
-    Steps grow over a run, but more slowly than the cycle: the share lies between the shares of the
-    cycles and of their logarithm.
+    Steps grow over a run, but more slowly than the cycle: the fraction lies between that of the
+    cycles and that of their logarithms.
     """
     cycle, last = step.state.cycle, step.last_cycle
     return math.sqrt(cycle / last * math.log1p(cycle) / math.log1p(last))
 
 
 def step_text(step: Step, seconds_left: float | None) -> str:
-    """Return the progress of a run in words, with the time left, s, where it is known."""
+    """Return the progress of a run in words, with the time left, s, if it is known."""
     half_width = step.measures.contact_half_width_x
     unit = readable_unit(half_width, LENGTH.si_unit)
     width = with_unit(number_text(unit.of(half_width), 4), unit)

@@ -1,6 +1,6 @@
 """Resources of a study: memory, cores, time, and its division into jobs.
 
-Nothing heavy is imported before it is needed: `fretwear plan` and the Snakefile ask this.
+Heavy libraries are imported only when needed, for `fretwear plan` and the Snakefile.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from fretwear.study.mistakes import few_of
 from fretwear.study.plan import SECONDS_TO_START, Estimate, Plan, estimate
 from fretwear.units import size_text
 
-# Estimates exceed actual use by up to a quarter; within that a case may still fit.
+# Estimates exceed actual use by up to a quarter; a case beyond the memory by less may still fit.
 _CERTAIN = 1.25
 
-# A job of many small cases takes at most this time, s, and at least what makes its start, and the
-# queue of a cluster, worth while; between these a study has about a number of jobs.
+# Longest time of a job of many small cases, s; shortest time that is worth a start and the queue of
+# a cluster; between these, the number of jobs of a study.
 _LONGEST_JOB, _SHORTEST_JOB, _JOBS = 180.0, 5.0, 64
 
 # Processor seconds of the workflow besides its jobs: Snakemake, merging, figures and report.
@@ -36,7 +36,7 @@ def available_memory() -> int:
 
 
 def why_too_large(expected: Estimate, available: int) -> str:
-    """Return why a case certainly does not fit in the memory, bytes; empty if it may."""
+    """Return the reason why a case certainly exceeds the memory, bytes; empty if it may fit."""
     if expected.memory_bytes <= _CERTAIN * available:
         return ""
     return (
@@ -64,13 +64,13 @@ class Job:
 def grouped(plan: Plan) -> list[Job]:
     """Divide the cases of a study, in order, into jobs.
 
-    The same study gives the same jobs on every machine, so that a cluster node agrees with the
-    machine that sent the job.
+    The division depends on the study alone, so a cluster node agrees with the machine that sent the
+    job.
     """
     alone = {n: cost.seconds - SECONDS_TO_START for n, cost in plan.estimates.items()}
     total = math.fsum(alone.values())
     longest = min(max(total / _JOBS, _SHORTEST_JOB), _LONGEST_JOB)
-    # So that the last job is as long as the others.
+    # This makes the last job as long as the others.
     longest = total / max(1, math.ceil(total / longest))
     groups, most = list[list[str]](), plan.study.batch
     for case_id in alone:
@@ -102,7 +102,7 @@ def seconds_after(plan: Plan) -> float:
 
 
 def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
-    """Iterate over what is likely to fail in a study on this machine.
+    """Iterate over likely failures of a study on this machine.
 
     The memory, bytes, defaults to what is available now.
     """

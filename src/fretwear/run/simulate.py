@@ -1,4 +1,4 @@
-"""A case in, a dataset out: case, problem, steps, run record, dataset with estimated errors."""
+"""From a case to a dataset: problem, steps, run record, and results with estimated errors."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ from fretwear.study.case_warnings import case_warnings
 from fretwear.variable import ContactState
 
 _MARGIN = 1.15
-# Results that err with the slip model.
+# Results in error with the slip model.
 _OF_SLIP = ("dissipated_energy", "sliding", "wear_volume", "maximum_wear_depth")
 
 
@@ -63,17 +63,17 @@ class RunRecord:
 
     # States whose fields the dataset holds.
     snapshots: list[State | StrokeState] = field(default_factory=list)
-    # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and
-    # every scalar of a step.
+    # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and every
+    # scalar.
     history: list[dict[str, float]] = field(default_factory=list)
     # The state that the run has reached; None before the first loading.
     last: State | StrokeState | None = None
-    # Finished runs on wider cells, the widest first, of a case that asks for an accuracy.
+    # Finished runs on wider cells, the widest first, of a case with a requested accuracy.
     rounds: list[GridRun] = field(default_factory=list)
     # Width of the cells of the present run over the default; None before it has begun.
     width: float | None = None
-    # Work of the present run: cells times convolutions, or the third power of cells times solutions
-    # of their matrices, summed over steps; of a stroke, cells in contact at all positions.
+    # Work of the present run: cells times convolutions, or cubed cells times solutions of their
+    # matrices, summed over steps; for a stroke, cells in contact at all positions.
     work: float = 0.0
 
     def add(self, step: Step, *, keep_fields: bool) -> None:
@@ -131,8 +131,8 @@ def simulate(
     coordinate.
 
     A WearError or a ContactError says that the solution does not converge, a MemoryError that the
-    case certainly does not fit in the memory, and each `ResultWarning` what is less
-    accurate or outside the model. A TypeError says how to get a case from a file or parameters.
+    case certainly does not fit in the memory. Each `ResultWarning` says what is less accurate or
+    outside the model. A TypeError says how to get a case from a file or parameters.
     """
     if not isinstance(case, Case):
         if isinstance(case, Mapping):
@@ -169,11 +169,11 @@ def run(
 ) -> Result:
     """Run a case as `simulate` does, and keep its history too.
 
-    Every step is added to the record; a run resumes at the end of a record that an earlier run has
-    left, with the same result to the last bit. The command is an attribute of the dataset. Warnings
-    are passed to `warn`.
+    Every step is added to the record; a run resumes at the end of an earlier record with the same
+    result to the last bit. The command is an attribute of the dataset. Warnings are passed to
+    `warn`.
 
-    A twin on wider cells runs alongside, from which errors are estimated. It is not stored in
+    A twin on wider cells, from which errors are estimated, runs alongside. It is not stored in
     checkpoints: a resumed run starts its twin anew.
     """
     record = record or RunRecord()
@@ -189,7 +189,7 @@ def run(
         except (ContactError, WearError):
             if record.width <= 1.0:
                 raise
-            # Default cells may do where wider ones fail.
+            # Default cells may succeed where wider ones fail.
             record.begin_anew((), 1.0)
             continue
         width = next_width(case, computed.rounds)
@@ -201,14 +201,14 @@ def run(
 
 @dataclass(frozen=True)
 class _Computed:
-    """What a run on cells of one width has computed at its snapshots."""
+    """Results of a run on cells of one width at its snapshots."""
 
     case: Case  # on these cells
     workspace: Workspace
-    rounds: Sequence[GridRun]  # this one the last, and those on wider cells before it
+    rounds: Sequence[GridRun]  # this run, after those on wider cells
     scalars: Mapping[str, NDArray[np.float64]]
     errors: Mapping[str, NDArray[np.float64]]
-    trouble: str  # why there are no errors although they are asked for
+    trouble: str  # why requested errors are missing
 
 
 def _run_on_cells(
@@ -224,7 +224,7 @@ def _run_on_cells(
     wider = record.rounds[-1:]
     twin: Iterator[Described]
     twin = (Described(*pair) for run in wider for pair in zip(run.rows, run.tips, strict=True))
-    # Equal cells call for a run on default ones in any case, which has this one as its twin.
+    # Equal cells need a run on default cells anyway, whose twin is this run.
     if case.error_estimate and not record.rounds and not (width > 1.0 and asked.has_equal_cells):
         twin = _described_twin(coarser_case, times * width * asked.coarseness)
     coarser: list[Described] = []
@@ -248,7 +248,7 @@ def _run_on_cells(
             advance_twin()
         advance_twin()
         found = [described(workspace, state) for state in snapshots]
-        # Without a run on wider cells, there are no errors to which they belong.
+        # Errors of edges are needed only with a run on wider cells.
         compared = zip(snapshots, found, strict=True) if wider or coarser else ()
         uncertain = [
             uncertainty(problem.of(state), state, one.scalars["peak_pressure"])
@@ -293,7 +293,7 @@ def _labelled(
     warn: Callable[[str], None],
     warned: int,
 ) -> Result:
-    """Label the results of a finished run, and warn of what it was not `warned` of."""
+    """Label the results of a finished run, and warn of anything not in `warned`."""
     case, problem, snapshots = computed.case, computed.workspace.problem, record.snapshots
     plane = snapshots[-1].geometry.plane(problem.spacing)
     axes = case.frame.axes
@@ -368,7 +368,7 @@ def wear_problem(
     coarseness: float | None = None,
 ) -> WearProblem:
     """The mechanical problem of a case, on its default cells or others; rings may be wider."""
-    # A contact at the limit everywhere is the smallest one that carries the load.
+    # A contact entirely at the limit is the smallest one that carries the load.
     spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.slip_limit) / case.hertz_radius)
     x, y = case.indenter.half_widths(case.hertz)
     blocks: list[tuple[float, Setup]] = []
@@ -394,9 +394,9 @@ def wear_problem(
 def _snapshot_fields(
     workspace: Workspace, snapshots: Sequence[State]
 ) -> dict[str, NDArray[np.generic]]:
-    """The fields of a dataset over all snapshots on one plane, in the precision that is stored.
+    """The fields of a dataset over all snapshots on one plane, in the stored precision.
 
-    Lists of many snapshots in double precision, then stacked, would take most of a run's memory.
+    Fields in double precision, listed and then stacked, would take most of a run's memory.
     """
     last = snapshots[-1].geometry
     plane = last.plane(workspace.problem.spacing)
@@ -449,7 +449,7 @@ def _snapshot_fields(
             values_of[FRICTION_FIELD.name] = law.coefficient * np.asarray(law.ratio)
         written = state.geometry.written(values_of, plane)
         if law.follows_slip:
-            # So that it bounds the mean traction by the mean pressure.
+            # This makes it a bound of the mean traction by the mean pressure.
             sheared = law.coefficient * np.asarray(written["shearing"])
             np.divide(
                 sheared,
@@ -465,8 +465,8 @@ def _snapshot_fields(
         written["contact_fraction"], written["stick_fraction"] = fractions(problem, state, plane)
         cells: object = state.geometry
         if plane != cells:
-            # Cells cut by an edge touch if they carry load, and slip as their pressure does on the
-            # mean.
+            # Cells cut by an edge touch if they carry load, and slip or stick like most of their
+            # pressure.
             loaded, touch = written["pressure"] > 0.0, written["contact_state"]
             written["gap"][loaded] = 0.0
             touch[loaded] = np.maximum(touch[loaded], ContactState.SLIP)
@@ -486,8 +486,8 @@ def _snapshot_fields(
 def _obey_friction(written: dict[str, NDArray[np.generic]], friction: float) -> None:
     """Give means of vectors over cells the lengths and directions of friction.
 
-    The traction is at most µp, and just that and along the slip in cells that slip as a whole; the
-    mean of vectors that turn would be a little shorter. The slip is as long as its mean amplitude.
+    The traction is at most µp. In cells that slip as a whole it is µp along the slip, as the mean
+    of vectors that turn would be slightly shorter. The slip is as long as its mean amplitude.
     """
     least = np.finfo(np.float64).tiny
     traction, slip = (

@@ -1,6 +1,6 @@
-"""The jobs of a study, for the Snakefile, which is read at every start even if nothing is left.
+"""The jobs of a study for the Snakefile, which is read at every start even if nothing is left.
 
-So nothing heavy is imported here before it is needed.
+Heavy libraries are therefore imported only where needed.
 """
 
 from __future__ import annotations
@@ -25,12 +25,11 @@ from fretwear.version import case_digest, code_digest
 _KEYS = ("study", "keep_older")
 # A job that exceeds its request is lost; one that requests too much only waits.
 _MEMORY_MARGIN, _TIME_MARGIN, _MINUTES_TO_START = 2.0, 5.0, 5
-# In a job on a cluster Snakemake runs beside the simulation.
+# In a cluster job Snakemake runs beside the simulation.
 _SNAKEMAKE_MB = 300
-# Of what follows the simulations: libraries of figures, and a share of each case.
+# Memory of the steps after the simulations: libraries of figures, and a share for each case.
 _AFTER_MB, _MB_PER_CASE, _MOST_ON_SUBMITTING_MACHINE = 1500, 0.2, 300
-# A fit takes twenty to forty runs, about as many side by side as parameters are free and their
-# steps have signs.
+# A fit takes twenty to forty runs, of which twice as many run side by side as parameters are free.
 _FIT_THREADS, _FIT_RUNS = 8, 40
 _STARTED = "fretwear_started"
 
@@ -58,7 +57,7 @@ def study_file(name: str) -> Path:
 
 
 def mark_start(folder: Path = Path(".snakemake")) -> None:
-    """Write beside its locks which process on which machine Snakemake is."""
+    """Write process and machine of this Snakemake beside its locks."""
     import psutil
 
     this = [platform.node(), os.getpid(), psutil.Process().create_time()]
@@ -68,8 +67,8 @@ def mark_start(folder: Path = Path(".snakemake")) -> None:
 def release_locks(folder: Path = Path(".snakemake")) -> None:
     """Remove the locks of a Snakemake that was killed on this machine.
 
-    Locks of one that runs, of one on another machine and of one that left no mark stay, and
-    Snakemake says how to remove them.
+    Locks stay if their Snakemake still runs, ran on another machine or left no mark; Snakemake says
+    how to remove them.
     """
     import psutil
 
@@ -117,19 +116,19 @@ class StudyJobs:
 
     @property
     def content(self) -> str:
-        """The parts of the study, as JSON, on which everything but the cases depends."""
+        """The parts of the study, as JSON, on which everything except the cases depends."""
         content = {key: value for key, value in self.plan.study.content.items() if key != "batch"}
         return json.dumps(content, sort_keys=True, default=str)
 
     @property
     def measurements(self) -> list[str]:
-        """The files with what was measured, or the study if it has numbers only; none of others."""
+        """The files with measured data, or the study if it has only numbers; none without a fit."""
         fit = self.plan.study.added.get("fit")
         return [*map(str, fit.files or [self.plan.study.file])] if fit else []
 
     @property
     def code(self) -> str:
-        """Digest of the code of what sections of the study add to the results of cases."""
+        """Digest of the code of results that sections of the study add to cases."""
         sections = self.plan.study.added.values()
         return code_digest(*sorted({type(each).__module__.split(".")[0] for each in sections}))
 
@@ -163,7 +162,7 @@ class StudyJobs:
 
     @property
     def is_small(self) -> bool:
-        """Whether what follows the simulations takes less time than a job takes to start."""
+        """Whether the steps after the simulations take less time than starting a job."""
         return len(self.plan.estimates) <= _MOST_ON_SUBMITTING_MACHINE
 
     @property
@@ -177,7 +176,7 @@ class StudyJobs:
         return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * seconds_after(self.plan) / 60.0)
 
     def remove_forced(self, forced: Collection[str], is_all: bool) -> None:
-        """Remove the case files of jobs that Snakemake is forced to do, by rule or by marker."""
+        """Remove the case files of jobs that Snakemake must repeat, by rule or by marker."""
         for name, job in self.jobs.items():
             marker = (self.results / "jobs" / name).as_posix()
             if is_all or {"simulate", marker} & {*forced}:
@@ -198,7 +197,7 @@ class StudyJobs:
         return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * self.jobs[name].seconds / 60.0)
 
     def check(self, results: Path) -> Iterator[str]:
-        """Have jobs whose case files are gone done again; yield what to know before the start."""
+        """Repeat jobs whose case files are gone; yield remarks for the user before the start."""
         older, cases = 0, self.plan.study.cases()
         for name, job in self.jobs.items():
             marker = results / "jobs" / name

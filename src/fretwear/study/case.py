@@ -81,14 +81,14 @@ class CaseError(ValueError):
 class Case(Setup):
     """One contact, one loading and one number of cycles, for `simulate`.
 
-    Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats.  A case
-    has the parameters of `base` in a study file, and ``output_cycles``, the cycles besides 0 and
-    the last at which fields are kept; by default (``auto``) about eight.
+    Values are SI numbers or text with a unit (``load="50 N"``); attributes are SI floats. A case
+    has the parameters of `base` in a study file, and ``output_cycles``, the cycles at which fields
+    are kept besides 0 and the last; by default (``auto``) about eight.
 
-    The model treats the bodies as equal, with the composite moduli E* and G* standing for both.  It
-    neglects the coupling of normal and tangential directions (Dundurs' β), which two different
-    materials have, and traction along y, unless ``slip_model`` is ``coupled``. On rings slip is
-    the mean over all directions: at ν = 0.3 the maximum wear depth is up to 16 % too small, unless
+    The model treats the bodies as equal, with the composite moduli E* and G* standing for both. It
+    neglects the coupling of normal and tangential directions (Dundurs' β) of two different
+    materials, and traction along y unless ``slip_model`` is ``coupled``. On rings slip is the mean
+    over all directions: at ν = 0.3 the maximum wear depth is up to 16 % too small, unless
     ``slip_model`` is ``cerruti``, which takes a grid.
 
     Raises
@@ -162,7 +162,7 @@ class Case(Setup):
         if members is None:
             members, unread, broken = _read(parameters)
         values = {**members}
-        # Fields of parts that are keys are attributes too, if none of their name follows from all.
+        # Fields of open parts are attributes too, unless all parts have a property of that name.
         for name, parameter in case_members().items():
             part: Any = members.get(name)
             if is_open(parameter, part):
@@ -174,7 +174,7 @@ class Case(Setup):
             raise CaseError(broken)
 
     def mistakes(self, unread: Set[str] = frozenset()) -> list[Mistake]:
-        """The rules that it breaks; those that read one of some unread members are not tried."""
+        """The broken rules; rules that read an unread member are not tried."""
         has_blocks = self.blocks and not unread & {"blocks", "cycles", *_IN_BLOCKS}
         blocks = [block for _, block in self.in_blocks()] if has_blocks else []
         return findings(self, unread, blocks)
@@ -228,7 +228,7 @@ class Case(Setup):
             return 1.0
         (dx, dy), (usual_x, usual_y) = self.cell, self.cells.usual_spacing
         ratio = min(dx / usual_x, dy / usual_y)
-        # The default is rounded down, and means the same if it is written.
+        # The default spacing is rounded down, so writing it changes nothing.
         return 1.0 if LARGEST_ROUNDING * ratio > 1.0 - 1e-9 else max(LEAST_COARSENESS, ratio)
 
     @property
@@ -240,7 +240,7 @@ class Case(Setup):
 
     @cached_property
     def asked_accuracy(self) -> float | None:
-        """The accuracy by which the cells are chosen; None if they are given."""
+        """The accuracy from which the cells are chosen; None if the cells are given."""
         return self.accuracy if self.cell is None and math.isfinite(self.accuracy) else None
 
     @property
@@ -250,16 +250,15 @@ class Case(Setup):
 
     @property
     def first_width(self) -> float:
-        """Width of the first cells over the default where an accuracy is asked for."""
+        """Width of the first cells over the default if an accuracy is requested."""
         return RATIO_ON_GRID if self.has_equal_cells else WIDEST
 
     @property
     def times_coarser(self) -> float:
-        """How many times wider the cells of the coarser run are, from which errors are estimated.
+        """Width ratio of the cells of the coarser run from which errors are estimated.
 
-        Details to be resolved and scars of a stroke allow cells only twice as wide, cells that
-        are wide already because an accuracy allows it `LEAST_RATIO` times, and equal cells
-        `RATIO_ON_GRID` times.
+        Details to be resolved and scars of a stroke allow cells only twice as wide. Cells that an
+        accuracy has made wide allow `LEAST_RATIO`, and equal cells `RATIO_ON_GRID`.
         """
         if self.has_equal_cells:
             return RATIO_ON_GRID
@@ -271,10 +270,9 @@ class Case(Setup):
     def tolerance_on(self, times: float) -> float:
         """The tolerance on cells some times wider: larger by the square.
 
-        Where an accuracy is asked for, steps on a grid, which err far less than its cells, leave a
-        small part of it at 1.5 times the accuracy, or at the tolerance of cells twice as wide,
-        beyond which they cost no less. A tolerance that is written beside an accuracy stays as it
-        is.
+        On a grid steps err far less than cells. With a requested accuracy they get a small part of
+        it at 1.5 times the accuracy, or the tolerance of cells twice as wide, beyond which steps
+        get no cheaper. A tolerance written beside an accuracy does not change.
         """
         wider = times**2 * self.tolerance
         if self.asked_accuracy is None:
@@ -287,15 +285,15 @@ class Case(Setup):
         return max(wider, enough)
 
     def times_written(self, times: float) -> float:
-        """How many times wider the cells are on which a run on cells some times wider is written.
+        """Width ratio of the cells on which a run on cells some times wider is written.
 
-        Rings and strips are written on the default cells, at least, where an accuracy is asked for.
+        With a requested accuracy, rings and strips are written on the default cells or finer ones.
         """
         is_apart = self.cells.is_graded and self.asked_accuracy is not None
         return min(times, 1.0) if is_apart else times
 
     def on_cells(self, times: float) -> Case:
-        """The case on cells some times wider, with the tolerance that belongs to them."""
+        """The case on cells some times wider, with their tolerance."""
         tolerance = self.tolerance_on(times)
         if times == 1.0 and tolerance == self.tolerance:
             return self
@@ -305,14 +303,14 @@ class Case(Setup):
 
     @cached_property
     def plain_loading(self) -> Loading:
-        """The loading along x in SI units, however it was given."""
+        """The loading along x in SI units, in whichever form it was given."""
         if self.blocks or (self.loading.is_force and not self.force_is_held):
             return self.loading
         return self.loading.plain(*self._unworn)
 
     @cached_property
     def force_is_held(self) -> bool:
-        """Whether P and Q stay as they are, and Q/(µP) with them."""
+        """Whether P and Q, and so Q/(µP), are constant."""
         constant = self.at(self.cycles) is self and not self.blocks
         return constant and self.normal.holds_load and self.loading.is_force
 
@@ -360,9 +358,9 @@ class Case(Setup):
     def canonical_parameters(self) -> dict[str, object]:
         """Return every parameter but the snapshots, in SI units, in a form that JSON can hold.
 
-        Two cases with the same physics have the same canonical parameters: these have no units, one
+        Two cases with the same physics have the same canonical parameters. These have no units, one
         form for Q/(µP) and Q, one value for a pair of equal values, a smooth surface for a zero
-        amplitude, and the value of the default spacing unless an accuracy is asked for.
+        amplitude, and the value of the default spacing unless an accuracy is requested.
         `Case(**...)` takes them back.
         """
         canonical: dict[str, object] = {}
@@ -389,9 +387,9 @@ class Case(Setup):
     def case_id(self) -> str:
         """``<slug>-<hash>``: the main parameters, then eight digits of a hash of all parameters.
 
-        Parameters at their defaults do not count, so that a new one with a default changes no id,
-        and twelve digits of a number do. The characters are letters, digits, ``.``, ``-`` and
-        ``_``, safe in paths and shells.
+        Parameters at their defaults do not count, so a new parameter with a default changes no id.
+        Numbers count to twelve digits. The characters are letters, digits, ``.``, ``-`` and ``_``,
+        safe in paths and shells.
         """
         members_ = self._identifying_members().items()
         at_default = {name for name, value in members_ if value == getattr(Case, name, MISSING)}
@@ -442,7 +440,7 @@ class Case(Setup):
         following = dict(derived(Case))
         if self.coating is None:
             del following["coating_ratio"], following["coating_pressure_ratio"]
-        # What stands for members of which a default depends on the contact.
+        # Values for members whose default depends on the contact.
         solved = {"cell": self.grid_spacing, "slip_model": self.cells.solved_slip_model}
         # These are results if the other quantity of the loading is given.
         if not self.force_is_held:
@@ -468,12 +466,12 @@ class Case(Setup):
 
 @lru_cache(2)
 def _form(keys: Keys) -> TypeAdapter[dict[str, Any]]:
-    """What reads the keywords of a case."""
+    """The pydantic form that reads the keywords of a case."""
     return TypeAdapter(Annotated[dict[str, Any], MappingOf({**keys.types, **_SNAPSHOTS})])
 
 
 def _read(parameters: Mapping[str, object]) -> tuple[Members, Set[str], Mistakes]:
-    """Read the keywords of a case; otherwise as `assembled`."""
+    """Read the keywords of a case; the result is that of `assembled`."""
     mistakes, keys = Mistakes(), case_keys()
     keywords = {name: value for name, value in parameters.items() if value is not None}
     keywords = long_form(keywords, {})
@@ -490,9 +488,9 @@ def _read(parameters: Mapping[str, object]) -> tuple[Members, Set[str], Mistakes
 def assembled(
     values: Mapping[str, Any], unread: Set[str], snapshots: tuple[int, ...] | None
 ) -> tuple[Members, Set[str], Mistakes]:
-    """Return the members of a case by the values of keys, and those that are not known.
+    """Return the members of a case by the values of keys, the unread members, and the mistakes.
 
-    The mistakes are what is missing or too much. The number of cycles follows from the blocks, and
+    The mistakes are missing or superfluous keys. The number of cycles follows from the blocks, and
     the snapshots from both.
     """
     mistakes, keys = Mistakes(), case_keys()
@@ -518,7 +516,7 @@ def case_members() -> Mapping[str, Parameter]:
 
 
 def case_keys() -> Keys:
-    """Return the keys of a case with the kinds that there are."""
+    """Return the keys of a case with the present kinds of parts."""
     families = (part.family for part in case_members().values() if isinstance(part, PartOf))
     return _keys(tuple(tuple(family.kinds().items()) for family in families))
 

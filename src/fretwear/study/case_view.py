@@ -1,4 +1,4 @@
-"""What a session shows of a case: parameters with units, and in a notebook a sketch as well."""
+"""The view of a case in a session: parameters with units, and in a notebook a sketch as well."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What makes results of a case inaccurate or lies outside the model, for plan, run and report."""
+"""Reasons for inaccurate results of a case, or limits of the model, for plan, run and report."""
 
 from __future__ import annotations
 
@@ -13,30 +13,28 @@ from fretwear.study.mistakes import few_of
 from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 
 _NAMED = 3  # most results that a warning names
-FEW_POINTS = 20  # points measured on a contact radius; fewer hardly show a roughness
+FEW_POINTS = 20  # points measured on a contact radius; fewer barely show a roughness
 GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small slopes
-GREATEST_WIDTH = (
-    0.1  # contact radius over the radius of curvature, from which theory errs by some %
-)
-# Hardness over E* that few materials exceed, hardened steel among them, and the least E*, Pa, of
-# those that yield rather than stretch.
+GREATEST_WIDTH = 0.1  # contact radius over the radius of curvature from which theory errs by some %
+# Hardness over E* that few materials exceed, hardened steel among them, and least E*, Pa, of
+# materials that yield rather than stretch.
 GREATEST_HARDNESS, LEAST_STIFFNESS = 0.07, 1e9
 
-# Relative errors of results: above the first, results are marked; above the second, named.
+# Relative errors of results from which they are marked, and from which they are named.
 SMALL_ERROR, LARGE_ERROR = 0.02, 0.05
 
 _LINE = re.compile(r"The contact (.*?) \((.*)\)(?:: (.*))?")
 _INACCURATE = "is computed less accurately than the"
 
-# A sentence whose subject is the contact, its numbers and, if there is one, what to do.
+# A sentence whose subject is the contact, its numbers and, if possible, a remedy.
 _Words = Iterator[tuple[str, ...]]
 
 
 @dataclass(frozen=True)
 class CaseWarning:
-    """What is less accurate in a case that can be run, or outside the model."""
+    """A lack of accuracy of a case that can be run, or a limit of the model."""
 
-    what: str  # a sentence whose subject is the contact; the same for every case of a kind
+    what: str  # a sentence whose subject is the contact; the same for all cases of a kind
     detail: str  # the numbers of this case
     remedy: str = ""  # what to do, in the imperative
 
@@ -44,7 +42,7 @@ class CaseWarning:
     def inaccurate(
         cls, asked: float, errors: Iterable[tuple[float, str, str]], remedy: str
     ) -> CaseWarning:
-        """The warning of errors above the accuracy asked for: relative error, result, and when."""
+        """The warning of errors above the requested accuracy: relative error, result, and cycle."""
         largest = sorted(errors, key=lambda each: -each[0])
         limit = number_text(100.0 * asked, 2)
         texts = []
@@ -57,18 +55,18 @@ class CaseWarning:
 
     @classmethod
     def read(cls, line: str) -> CaseWarning | None:
-        """Return what a line of the attribute ``warnings`` says; None if it is not of a contact."""
+        """Return the result that a line of the attribute ``warnings`` names; None if it names none."""
         return cls(*found.groups(default="")) if (found := _LINE.fullmatch(line)) else None
 
     @property
     def error(self) -> float:
-        """The largest error, %, of a contact that is less accurate than asked for, otherwise 0."""
+        """The largest error, %, of a contact that misses its accuracy, otherwise 0."""
         found = re.search(r"± ([\d.]+) %", self.detail) if self.is_inaccuracy else None
         return float(found[1]) if found else 0.0
 
     @property
     def is_inaccuracy(self) -> bool:
-        """Whether results are less accurate than asked for."""
+        """Whether results miss the requested accuracy."""
         return self.what.startswith(_INACCURATE)
 
     def __str__(self) -> str:
@@ -78,7 +76,7 @@ class CaseWarning:
 def study_warnings(cases: Mapping[str, Sequence[CaseWarning]], count: int) -> list[str]:
     """Return the warnings of some of the `count` cases of a study, by their words, as sentences.
 
-    Results less accurate than asked for are first, each case with its quantities and what to do.
+    Results that miss their accuracy come first, each case with its quantities and a remedy.
     """
     missed, groups = list[tuple[float, str]](), dict[str, list[tuple[str, CaseWarning]]]()
     for words, warnings in cases.items():
@@ -111,12 +109,12 @@ def case_warnings(
     *,
     measured: bool = False,
 ) -> tuple[CaseWarning, ...]:
-    """Return what is less accurate in a valid case, or outside the model; usually nothing.
+    """Return lacks of accuracy and limits of the model in a valid case; usually none.
 
     Findings of a run are included: the largest estimated relative error of each result, by its
-    words, or why errors could not be estimated, the share of the stick zone in which friction
-    cannot bear the shear of the slip model, and an accuracy that was not reached. Errors that were
-    `measured` to choose the cells are not told again.
+    words, or why errors could not be estimated; the share of the stick zone in which friction
+    cannot bear the shear of the slip model; and a missed accuracy. Errors `measured` to choose the
+    cells are not repeated.
     """
     checks = [_of_band, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials]
     warnings = [CaseWarning(*words) for check in checks for words in check(case)]
@@ -148,7 +146,7 @@ def _lengths(**lengths: float) -> str:
 
 
 def _of_band(case: Case) -> _Words:
-    """Cells show the band that yields at the edge of stick, once wear has brought it there."""
+    """Cells must resolve the band that yields at the stick edge once wear has reached it."""
     cell, cells = case.width_at_edges, case.cells
     follows, ring = case.slip_model.follows_shape, cells.yielding_ring
     if 0.0 < ring < cell and cells.edge_yields and follows and not cells.zones_of_tip:
@@ -157,7 +155,7 @@ def _of_band(case: Case) -> _Words:
 
 
 def _of_slip(case: Case) -> _Words:
-    """Each point is assumed to stay opposite the same point of the other body, and κ one number."""
+    """Each point is assumed to face one point of the other body, and κ to be one number."""
     if error := case.cells.error_of_directions(0.0):
         what = "is computed on rings, where slip is the same in all directions, so that the deepest"
         remedy = "" if case.normal.pulsating_load < 1.0 else "write slip_model: cerruti"
@@ -184,7 +182,7 @@ def _of_slip(case: Case) -> _Words:
 
 
 def _of_surfaces(case: Case) -> _Words:
-    """A measured surface is larger than the contact, and finer; a random one does not repeat."""
+    """A measured map must exceed the contact and be fine; a random one must not repeat."""
     if case.rough is None:
         return
     radius = case.hertz_radius
@@ -234,7 +232,7 @@ def _of_materials(case: Case) -> _Words:
 
 
 def _of_strains(case: Case) -> _Words:
-    """Elastic half-spaces are no model of bodies that yield, nor of contacts as wide as bodies."""
+    """Elastic half-spaces describe neither soft bodies nor contacts as wide as the bodies."""
     if not case.indenter.is_hertzian:
         return
     peak, stiffness = case.hertz_pressure, case.composite_modulus

@@ -56,7 +56,7 @@ class Block(BaseModel):
 
     @property
     def values(self) -> dict[str, object]:
-        """The values that it changes, by the names of their keys."""
+        """The values that the block changes, by the names of their keys."""
         changed = self.model_fields_set - {"cycles"}
         return {name: value for name, value in vars(self).items() if name in changed}
 
@@ -114,7 +114,7 @@ class Blocks(Plain):
 def snapshots_of(asked: tuple[int, ...] | None, cycles: int) -> tuple[int, ...]:
     """Return the snapshots in order, each once, with cycle 0 and the last among them.
 
-    By default they are the powers of ten and, up to eight in all, the largest of three times these.
+    By default these are the powers of ten and, up to eight in all, the largest of three times them.
     """
     if asked is None:
         powers = [10**n for n in range(len(str(cycles))) if 10**n < cycles]

@@ -23,7 +23,7 @@ MAX_POINTS = 200_000
 
 
 class Design(Part):
-    """How the varied values are combined: value by value unless a kind says otherwise."""
+    """The combination of the varied values; value by value unless a kind says otherwise."""
 
     def indices(self, lengths: Sequence[int]) -> Iterable[tuple[int, ...]]:
         """Iterate over the points as positions along axes of these lengths, the last fastest."""
@@ -61,7 +61,7 @@ class Sobol(Design):
         from scipy.stats import qmc  # takes a second to import
 
         with warnings.catch_warnings():
-            # scipy warns of numbers of points other than powers of two, which users may choose.
+            # scipy warns of numbers of points that are not powers of two, which users may choose.
             warnings.simplefilter("ignore", UserWarning)
             drawn = qmc.Sobol(d=axes, seed=self.seed).random(self.points)
         return [*drawn.T.tolist()]
@@ -113,9 +113,9 @@ class Axis:
 def axes_of(
     vary: Mapping[str, object], written: Mapping[str, object], design: Design, mistakes: Mistakes
 ) -> tuple[Axis, ...]:
-    """Return the varied parameters from their values and what is written, and check the design.
+    """Return the varied parameters from their values and the written text, and check the design.
 
-    There are none if the design cannot combine them.
+    The result is empty if the design cannot combine them.
     """
     found = len(mistakes)
     names = [name for name in written if name in vary]
@@ -145,7 +145,7 @@ def axes_of(
 
 
 def _axis(name: str, value: Any, written: Any, design: Design, mistakes: Mistakes) -> Axis:
-    """The axis of a list, or of the range from which values will be drawn."""
+    """The axis of a list, or of a range to draw from."""
     place = f"vary.{name}"
     if isinstance(value, Range):
         if not isinstance(design, Sobol):
@@ -159,7 +159,7 @@ def _axis(name: str, value: Any, written: Any, design: Design, mistakes: Mistake
             rule = "is the same value as one before it"
             mistakes.add(f"{place}[{position}]", written[position], rule, "leave one of them out")
     order = [*range(len(value))]
-    # Programs that read a dataset expect levels that rise. Paired lists have an order of their own.
+    # Programs that read a dataset expect rising levels. Paired lists have an order of their own.
     if isinstance(design, Combinations) and all(isinstance(one, int | float) for one in value):
         order.sort(key=lambda position: value[position])
     return Axis(name, tuple(value[i] for i in order), tuple(written[i] for i in order))

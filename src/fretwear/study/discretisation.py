@@ -1,4 +1,4 @@
-"""The cells of a case by default: rings, strips or a grid, as fine as contact and cost call for."""
+"""The default cells of a case: rings, strips or a grid, as fine as the contact needs."""
 
 from __future__ import annotations
 
@@ -32,15 +32,15 @@ Spacing = tuple[float, float]
 
 CELLS_PER_CONTACT_RADIUS = 64
 CELLS_PER_SLIDING_EDGE = 8
-# On the radius of a contact over a stroke, and the most for the sake of a rounded edge.
+# Cells on the radius of a contact over a stroke, and their largest number for a rounded edge.
 CELLS_PER_SLIDING_RADIUS = {POINT_CONTACT: (8, 16), LINE_CONTACT: (16, 400)}
 CELLS_PER_STICK_RADIUS = 8
-CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one whose tips have their own
+CELLS_PER_SLIP_ANNULUS = (12, 4)  # of a smooth contact, and of one with cells for its tips
 
 CELLS_ACROSS_TIP = 20.0
 CELLS_ACROSS_YIELDING_BAND = 1.5
 STRIPS_ACROSS_TIP, STRIPS_ACROSS_SLIP, STRIPS_ACROSS_STICK = 32.0, 1.5, 96.0
-# Width of cells, over the width that suits a tip, from which on the band that yields counts.
+# Width of cells over the width that suits a tip, from which on the yielding band counts.
 FINEST_IN_TIP = 0.01
 MOST_CELLS, MOST_STRIPS = 30_000, 1_000
 """Computed cells of the unworn contact up to which its tips are resolved by default, and strips."""
@@ -58,29 +58,29 @@ LEAST_SIDE = 0.25
 """Least part of the slip annulus that counts as its narrow side under a bulk stress."""
 LARGEST_ROUNDING = 1.1
 """Largest ratio of a length to itself rounded down to two digits."""
-# Largest half-width of the window, over the contact radius.
+# Largest half-width of the window over the contact radius.
 _WINDOW = 1.28
-# Cells for the peak pressure of coated bodies reach so many contact radii, farther on a soft layer.
+# Contact radii that cells for the peak pressure of coated bodies cover, farther on a soft layer.
 _REACH, _CELLS_TO_REACH = 1.2, 200
 
 # Fitted to runs, with the costs of `fretwear.study.plan`.
 FOLDS_TO_LIMITING_STATE = 8.0
 YIELDING_TIMES_TO_WIDEN = 50.0
 WIDENING = 0.36
-# Limit over the pressure that presses waves flat beyond which strips of waves hardly yield.
+# Limit over the pressure that presses waves flat, beyond which strips of waves hardly yield.
 _OF_CLOSING = 30.0
 # Error of energy and wear by friction along x alone, over (1 − 1/κ)².
 _OF_SLIP_MODEL = 0.125
-# Stick zone and slip annulus, over the contact radius, up to which a grid does not resolve them.
+# Stick zone and slip annulus over the contact radius, up to which a grid does not resolve them.
 _NARROW = 0.05
-# Wear β N p_lim from which a grid takes many steps, and slip in the mean over directions costs the
-# deepest wear 1 to 4 %.
+# Wear β N p_lim from which a grid takes many steps, while slip averaged over directions reduces the
+# deepest wear by 1 to 4 %.
 _LONG = 40.0
-# Wear β N p at which the elastic pressure p at the edge of stick becomes singular.
+# Wear β N p at which the elastic pressure p at the stick edge becomes singular.
 _TO_SINGULAR = 2.5
 # Slip along y of an unworn sphere over its mean, less one, over κ − 1: 0.64 to 0.88 for Q/µP of 0.8
-# to 0.2 (Coulomb friction as a vector). The deepest wear is too small by as much, and less later.
-# Against grids, for limits of 3 to 6 p0: less than half of it is left at a wear β N p_lim of 20.
+# to 0.2 (Coulomb friction as a vector). Rings lack as much of the deepest wear, and less later:
+# against grids, for limits of 3 to 6 p0, less than half of it at a wear β N p_lim of 20.
 _OF_DIRECTION, _FORGOTTEN = 0.75, 20.0
 CELLS_PER_YIELDING_CONTACT_RADIUS = 128
 NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting state of partial slip
@@ -88,24 +88,24 @@ NEARLY_GROSS = 0.9999  # load ratio that stands for gross slip in a limiting sta
 
 @dataclass(frozen=True, eq=False)
 class Discretisation:
-    """The cells that suit a contact over its cycles: their kind, and how wide they are by default.
+    """The cells that suit a contact over its cycles: their kind, and their default widths.
 
-    It also tells where wear takes the contact in the meantime, and what these cells leave out.
+    It also knows where wear takes the contact, and which effects these cells neglect.
     """
 
     setup: Setup
-    slip_model: SlipModel  #: as it is written, ``auto`` among them
+    slip_model: SlipModel  #: as written, possibly ``auto``
     cycles: int
-    force_is_held: bool  #: whether P and Q stay as they are
+    force_is_held: bool  #: whether P and Q are constant
 
     @cached_property
     def geometry(self) -> type[Geometry]:
         """The kind of cells: rings for rotational symmetry, which slip along one direction breaks.
 
-        Unless a slip model along one direction is written, rings remain under a pulsating load,
-        where a grid would not resolve the slip annulus, the stick zone or the ring at its edge that
-        yields, and where yielding bodies wear so long that the direction hardly counts at last;
-        slip is then the mean over all directions.
+        Rings remain, unless a slip model along one direction is written, in two cases: under a
+        pulsating load, if a grid would not resolve the slip annulus, the stick zone or the yielding
+        ring at its edge; and if yielding bodies wear so long that the direction hardly matters at
+        the end. Slip is then the mean over all directions.
         """
         setup = self.setup
         if setup.frame is LINE_CONTACT:
@@ -129,7 +129,7 @@ class Discretisation:
 
     @cached_property
     def solved_slip_model(self) -> SlipModel:
-        """The slip model, in whose place `auto` has one that the cells can show."""
+        """The slip model; `auto` becomes one that the cells can resolve."""
         if not isinstance(self.slip_model, Auto):
             return self.slip_model
         has_directions = self.geometry is Grid and not self.setup.loading.stroke
@@ -137,7 +137,7 @@ class Discretisation:
 
     @cached_property
     def is_graded(self) -> bool:
-        """Whether it is computed on graded rings or strips: only written fields have the `cell`."""
+        """Whether cells are graded rings or strips, so that only written fields have the `cell`."""
         return self._is_plain and not issubclass(self.geometry, Grid)
 
     @cached_property
@@ -148,8 +148,8 @@ class Discretisation:
     def default_spacing(self) -> Spacing:
         """The default spacing (dx, dy), m, of a case.
 
-        It is `usual_spacing` rounded down to two digits, which makes it readable and the same on
-        every machine. A punch that ends has a whole number of cells.
+        It is `usual_spacing` rounded down to two digits, so it is readable and the same on every
+        machine. A punch that ends has a whole number of cells.
         """
         end = self.setup.indenter.end
         dx, dy = (rounded_down(width) for width in self.usual_spacing)
@@ -170,7 +170,7 @@ class Discretisation:
         area = sides * math.prod(setup.indenter.half_widths(setup.hertz))
         if setup.frame is LINE_CONTACT:
             dx = dy = min(most_x, max(dx, setup.hertz_radius / MOST_STRIPS))
-        # The second pass corrects what the first has widened along one axis only.
+        # The second pass corrects axes that the first has widened alone.
         for _ in setup.frame.axes[1:] * 2:
             wider = math.sqrt(max(1.0, area / (dx * dy) / MOST_CELLS))
             dx, dy = min(most_x, wider * dx), min(most_y, wider * dy)
@@ -183,9 +183,9 @@ class Discretisation:
     def needed_spacings(self) -> tuple[Spacing, Spacing]:
         """Spacings (dx, dy), m, that resolve contact, stick zone and waves, and the tips too.
 
-        Contact radius, stick radius and slip annulus belong to the smooth elastic sphere. A smooth
-        contact that yields does so in a narrow ring at the edge of stick, and so does a rough one
-        that is pressed flat: it needs twice the cells, unless the ring is too narrow for these to
+        Contact radius, stick radius and slip annulus are those of the smooth elastic sphere. A
+        smooth contact yields in a narrow ring at the stick edge, and so does a rough one that is
+        pressed flat. This needs twice the cells, unless the ring is too narrow for the cells to
         yield. Wave lengths count along their own direction, so dx and dy differ where the waves do.
         """
         setup = self.setup
@@ -198,14 +198,14 @@ class Discretisation:
         if in_a_ring:
             share = share_of_band(self.yielding_ring, self.narrowest_cell)
             cells *= (CELLS_PER_YIELDING_CONTACT_RADIUS / cells) ** share
-        # A bulk stress moves the stick zone, so that one side of the annulus is narrower.
+        # A bulk stress moves the stick zone, which narrows the annulus on one side.
         annulus = radius - stick
         annulus = max(annulus - setup.tilt * setup.hertz.radius, LEAST_SIDE * annulus)
         contact = min(
             radius / cells,
             # A growing stick zone need not be resolved at its initial size.
             max(stick / CELLS_PER_STICK_RADIUS, 0.0 if self.force_is_held else radius / 128),
-            # Slip of tips that stick in part is seen on these.
+            # These cells resolve the slip of tips that stick in part.
             annulus / CELLS_PER_SLIP_ANNULUS[bool(zones)],
         )
         if setup.loading.stroke:
@@ -236,12 +236,12 @@ class Discretisation:
     def zones_of_tip(self) -> dict[str, tuple[Spacing, float]]:
         """The zones of a tip that cells must resolve by name: width, m, and number of cells.
 
-        These are its elastic contact and, where bodies yield, the band that does at its edge of
-        stick; none if there are no tips of known shape, or if they are pressed flat. A tip near the
-        middle carries the load on its share of the area under the pressure of the smooth contact.
-        Under P* that pressure is lower by the factor (1 − X)^(1/3), and so is the load of a tip.
-        Where the tip itself is at the plastic limit, its contact carries its load at that pressure,
-        and its stick zone its reduced load.
+        These are its elastic contact and, if bodies yield, the band that yields at its stick edge;
+        none if there are no tips of known shape, or if they are pressed flat. A tip near the middle
+        carries the load on its share of the area under the pressure of the smooth contact. Under P*
+        that pressure, and so the load of a tip, is lower by the factor (1 − X)^(1/3). If the tip
+        itself is at the plastic limit, its contact carries its load at that pressure, and its stick
+        zone carries its reduced load.
         """
         setup = self.setup
         tip = None if setup.rough is None else setup.rough.tip
@@ -260,13 +260,13 @@ class Discretisation:
         along_x, along_y = (widened * half for half in contact.half_widths)
         zones = {"contact of a tip": ((2.0 * along_x, 2.0 * along_y), CELLS_ACROSS_TIP)}
         share = math.cbrt(1.0 - min(setup.tangential_ratio, 1.0))
-        # A contact that slides as a whole has no edge of stick.
+        # A contact that slides as a whole has no stick edge.
         if math.isfinite(setup.plastic_limit) and share > 0.0:
             round_one = HertzContact(contact.radius, contact.load, contact.composite_modulus)
             band = LimitingState(round_one, 1.0 - share).width_above(setup.slip_limit)
             part = min(band / contact.contact_radius, 1.0 - math.sqrt(share))
             cell = 2.0 / CELLS_ACROSS_TIP
-            # If a band is too narrow for any cells to yield, the cells of the contact are enough.
+            # If a band is too narrow for any cells to yield, the cells of the contact suffice.
             if counts := share_of_band(part, FINEST_IN_TIP * cell):
                 number = part / cell * (CELLS_ACROSS_YIELDING_BAND * cell / part) ** counts
                 zones["band that yields"] = ((part * along_x, part * along_y), number)
@@ -275,10 +275,10 @@ class Discretisation:
     def _zones_of_ridge(self, tip: Tip) -> dict[str, tuple[Spacing, float]]:
         """The zones of a ridge along y, itself a line contact, and the whole stick zone.
 
-        A ridge carries the pressure of the smooth contact over a wavelength, under P* reduced by
-        the factor √(1 − X). Half the pressure that closes the gaps makes its contact half a
-        wavelength wide (Westergaard 1939); where the pressure is higher, ridges farther out touch
-        on this width.
+        A ridge carries the pressure of the smooth contact over a wavelength, reduced under P* by
+        the factor √(1 − X). At half the pressure that closes the gaps its contact is half a
+        wavelength wide (Westergaard 1939); at a higher pressure, ridges farther out touch on this
+        width.
         """
         setup = self.setup
         of_indenter = 1.0 / setup.indenter.curvature_radius
@@ -312,7 +312,7 @@ class Discretisation:
         setup = self.setup
         if setup.loading.stroke:
             return self.scar_half_width + setup.loading.travel
-        # Where a displacement is imposed the tangential load falls as the contact wears.
+        # Under an imposed displacement the tangential load falls as the contact wears.
         ratio = min(setup.tangential_ratio, NEARLY_GROSS if self.force_is_held else 0.95)
         limiting = setup.indenter.limiting(setup.hertz, ratio).contact_radius / setup.hertz_radius
         worn = self.cycles * setup.wear_growth
@@ -328,7 +328,7 @@ class Discretisation:
 
     @cached_property
     def stick_shrinks(self) -> bool:
-        """Whether the stick edge yields and slip follows it: then the contact widens without bound.
+        """Whether the stick edge yields and slip follows it; then the contact widens without bound.
 
         A band too narrow for the cells to yield has no such effect.
         """
@@ -357,11 +357,11 @@ class Discretisation:
 
     @cached_property
     def edge_yields(self) -> bool:
-        """Whether wear brings the edge of stick of a smooth contact to the plastic limit.
+        """Whether wear brings the stick edge of a smooth contact to the plastic limit.
 
-        The neighbourhood of the edge has no length scale: its pressure p follows from β N p alone.
-        On rings and strips it reached the limit at 2.5 (1 − p/p_lim) or up to a third later, for
-        Q/µP of 0.1 to 0.9 and limits of 1.05 to 5 p0.
+        The neighbourhood of the edge has no length scale: its pressure p depends on β N p alone. On
+        rings and strips it reached the limit at 2.5 (1 − p/p_lim) or up to a third later, for Q/µP
+        of 0.1 to 0.9 and limits of 1.05 to 5 p0.
         """
         setup = self.setup
         if math.isinf(setup.plastic_limit):
@@ -375,8 +375,8 @@ class Discretisation:
         """Width, m, of the ring at the stick edge that yields in the course of wear.
 
         Wear moves all pressure of a smooth contact into its stick zone, where it tends to
-        `LimitingState.pressure`; the ring is where this exceeds the plastic limit: zero for an
-        elastic case, at most the stick radius.
+        `LimitingState.pressure`. The ring is the part where this exceeds the plastic limit: of zero
+        width in an elastic case, at most the stick radius.
         """
         setup = self.setup
         if math.isinf(setup.plastic_limit):
@@ -386,11 +386,11 @@ class Discretisation:
 
     @property
     def error_of_slip_model(self) -> float:
-        """Part by which energy and wear err because traction along y is left out.
+        """Relative error of energy and wear without traction along y.
 
-        A traction along x alone dissipates more by the second order of 1 − 1/κ: against friction as
-        a vector, by 0.12 (1 − 1/κ)² for ν of 0.15 to 0.5 and Q/µP of 0.4 and 0.8, and likewise wear
-        at 300 cycles. Slip alike in all directions, as on rings, errs by twice as much.
+        A traction along x alone dissipates more by 0.12 (1 − 1/κ)² than friction as a vector, for ν
+        of 0.15 to 0.5 and Q/µP of 0.4 and 0.8, and likewise wear at 300 cycles. Slip alike in all
+        directions, as on rings, errs by twice as much.
         """
         if (
             self.slip_model.is_isotropic
@@ -402,8 +402,8 @@ class Discretisation:
         return part * (1.0 - 1.0 / self.setup.coupling) ** 2
 
     def error_of_directions(self, cycle: float) -> float:
-        """Part by which the deepest wear may be too small where slip has no direction."""
-        slides = self.setup.tangential_ratio >= 1.0  # as a whole, by the same slip everywhere
+        """Largest relative lack of the deepest wear if slip has no direction."""
+        slides = self.setup.tangential_ratio >= 1.0  # in gross sliding slip is the same everywhere
         if slides or not (issubclass(self.geometry, Rings) and self.slip_varies):
             return 0.0
         worn = self.folds * cycle / self.cycles

@@ -1,4 +1,4 @@
-"""The keys of a case: their names, how each is read, and the parts that they make up."""
+"""The keys of a case: their names, their types, and the parts that they make up."""
 
 from __future__ import annotations
 
@@ -75,14 +75,14 @@ def coordinate(name: str) -> str:
 
 
 class Keys:
-    """The keys of a dataclass with parts, whose kinds are those that exist as it is made."""
+    """The keys of a dataclass with parts, with the kinds registered when it is made."""
 
     def __init__(self, owner: type) -> None:
         self.owner, self.members = owner, declared(owner)
         self._own: dict[str, Key] = {}
-        self._dotted: dict[str, Key] = {}  # fields of parts; of kinds that share one, the first
+        self._dotted: dict[str, Key] = {}  # fields of parts; the first one if kinds share a name
         self._coordinates: dict[str, Parameter] = {}
-        # Fields of parts that are keys of the case, of all kinds or of the short one.
+        # Fields of open parts, of all kinds or of the short one.
         self.open_keys = {member: _open_keys(whole) for member, whole in self.members.items()}
         hints = get_type_hints(owner, include_extras=True)
         for member, parameter in self.members.items():
@@ -109,11 +109,11 @@ class Keys:
 
     @cached_property
     def types(self) -> dict[str, object]:
-        """The types of the values of the keys, of a material among them."""
+        """The types of the values of all keys, including a material."""
         return {**{name: _described(key) for name, key in self._own.items()}, MATERIAL: Material}
 
     def varied_types(self, names: Iterable[str]) -> dict[str, object]:
-        """Return the types of the values of parameters to vary: lists or ranges."""
+        """Return the types of the values of varied parameters: lists or ranges."""
         return {name: _varied(self[name]) for name in names}
 
     @property
@@ -132,17 +132,17 @@ class Keys:
     def coordinate(self, name: str) -> Parameter:
         """Return a parameter by its name in a study file or as a coordinate.
 
-        An unknown name, such as a dimension that a user added, is taken to be a plain number.
+        An unknown name, such as a dimension added by a user, is taken to be a plain number.
         """
         plain = Quantity("1", name, name.replace("_", " "))
         return self._coordinates.get(coordinate(name), plain)
 
     def member_of(self, name: str) -> str:
-        """Return the member of a case that a name belongs to or denotes."""
+        """Return the member of a case to which a name belongs, or which it names."""
         return self[name].member if name in self.all_names else name
 
     def replaced_by(self, name: str) -> set[str]:
-        """Return the names that a new value of one replaces: ``radius`` by ``indenter``."""
+        """Return the names that a new value replaces: ``radius`` replaces ``indenter``."""
         if name == MATERIAL:
             return {*PROPERTIES}
         member = self.member_of(name)
@@ -157,10 +157,10 @@ class Keys:
     def members_of(
         self, values: Mapping[str, Any], unread: Set[str], mistakes: Mistakes
     ) -> dict[str, object]:
-        """Return the members of a case by values of keys, and report what is missing or too much.
+        """Return the members of a case by values of keys, and report missing and superfluous keys.
 
-        Unread keys were given too, but their values are not known. Keys that the first block gives
-        may be missing.
+        Unread keys were given, but their values are unknown. Keys that the first block gives may be
+        missing.
         """
         names = {*values, *unread}
         needed = required(self.owner) - ({"cycles"} if "blocks" in names else set())
@@ -188,7 +188,7 @@ class Keys:
     def unread(self, names: Set[str], known: Set[str]) -> set[str]:
         """Return the keys that are given but not known.
 
-        A misspelt name stands for the nearest, unless that would replace a given key.
+        A misspelt name counts as the nearest key, unless that would replace a given key.
         """
         names = {*names, *(PROPERTIES if MATERIAL in names else ())} - {MATERIAL}
         meant = {nearest(name, self._own) for name in names if name not in self._own} - {""}
@@ -196,7 +196,7 @@ class Keys:
         return (names & self._own.keys() | meant) - known
 
     def lacking(self, members: Mapping[str, object], unread: Set[str]) -> Set[str]:
-        """Return the members of a case that are missing, or whose values are not known."""
+        """Return the members of a case that are missing, or whose values are unknown."""
         return (required(self.owner) - members.keys()) | {self.member_of(name) for name in unread}
 
     def _missing(self, name: str, mistakes: Mistakes) -> None:
@@ -211,7 +211,7 @@ class Keys:
         blocks: Sequence[Any],
         mistakes: Mistakes,
     ) -> Part | None:
-        """The part of the kind that the keys decide."""
+        """The part, of the kind that the keys determine."""
         known = inline.keys
         if (kind := inline.kind_of(keys)) is None and blocks:
             keys = {n: v for n, v in blocks[0].values.items() if n in known} | keys
@@ -255,7 +255,7 @@ def _described(key: Key) -> object:
 
 
 def _varied(key: Key) -> object:
-    """The type of the values of a varied parameter: a list or, where it can be drawn, a range."""
+    """The type of the values of a varied parameter: a list or, if it can be drawn, a range."""
     listed: Any = Annotated[GenericAlias(list, (_described(key),)), Field(min_length=1)]
     if not key.parameter.can_be_sampled:
         return listed

@@ -1,7 +1,7 @@
 """Published properties of materials, and published wear coefficients, each with its source.
 
-``material: Ti-6Al-4V`` in a study file is short for the elastic constants of the table and, where
-its hardness is known, for the plastic limit.
+``material: Ti-6Al-4V`` in a study file stands for the elastic constants of the table and, if its
+hardness is known, for the plastic limit.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fretwear.units import QuantityError, did_you_mean
 
 MATERIAL = "material"
 PROPERTIES = ("youngs_modulus", "poisson_ratio")
-# Names of other standards, by which people know the same steel.
+# Names of the same steel in other standards.
 _ALSO = dict.fromkeys(("100cr6", "aisi 52100", "suj2", "en31", "gcr15"), "52100")
 
 

@@ -1,4 +1,4 @@
-"""Cells and memory of a run, and the narrowest cells that fit: these decide the last cells."""
+"""Cells and memory of a run, which limit how narrow its cells can be."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from fretwear.study.case import Case
 from fretwear.study.discretisation import LEAST_COARSENESS
 
 WINDOW_MARGIN = 1.15
-# Fitted to runs: memory holds within half.
+# Fitted to runs: actual memory is within half of this.
 MEMORY_TO_START, MEMORY_OF_GRADED = 165_000_000, 72 * 500**2
 MEMORY_PER_SQUARED_STRIP, MEMORY_PER_CELL_OF_SNAPSHOT = 72, 110
 MEMORY_PER_CELL = 8 * 4 * 18  # arrays of a padded window
@@ -39,7 +39,7 @@ class Window(NamedTuple):
 def window(case: Case, width: float) -> Window:
     """Return the largest window of a run on cells that are `width` times as wide as the case's.
 
-    The window ends a little outside the largest contact of the run, plus the reach of the
+    The window ends slightly outside the largest contact of the run, plus the reach of the
     roughness. Graded rings and strips become narrower or wider in proportion.
     """
     geometry, stroke = case.cells.geometry, case.loading.stroke
@@ -56,7 +56,7 @@ def window(case: Case, width: float) -> Window:
         of_ends = min(3.0 * stroke / dx, 36.0) if geometry in (Strips, Row) else 4.0
         places += sides_x * max(4.0, 2.0 * stroke / case.hertz_radius, of_ends)
     if geometry in (Strips, Row):
-        # Strips over a stroke, and rough and uneven ones, have matrices and equal widths.
+        # Strips over a stroke, and rough or uneven ones, have matrices and equal widths.
         matrix = cells_x if stroke or case.rough is not None or geometry is Row else 0
     elif stroke and geometry is Grid:
         matrix = 0.5 * math.pi * case.cells.scar_half_width**2 / (dx * dy)

@@ -78,8 +78,8 @@ class Mistakes(list[Mistake]):
     ) -> Form:
         """Read a mapping without its wrong entries, each of which becomes a mistake.
 
-        If a nested key holds a mapping, only its wrong entries are left out. Names near unknown
-        keys come from the JSON Schema.
+        If a nested key holds a mapping, only its wrong entries are left out. The JSON Schema gives
+        the names near unknown keys.
         """
         try:
             return form.validate_python(values, context=folder)
@@ -109,7 +109,7 @@ def nearest_key(name: str, valid: Iterable[str]) -> str:
 
 
 def _keys_at(schema: Schema, path: Sequence[int | str]) -> Iterator[str]:
-    """The keys that a JSON Schema has at a place, whichever of the alternatives holds."""
+    """The keys that a JSON Schema has at a place, in whichever alternative."""
     for choice in (schema, *schema.get("anyOf", ())):
         keys = choice.get("properties", {})
         if not path:
@@ -119,7 +119,7 @@ def _keys_at(schema: Schema, path: Sequence[int | str]) -> Iterator[str]:
 
 
 def _mistake(one: ErrorDetails, schema: Callable[[], Schema]) -> Mistake:
-    """A mistake as pydantic reports it, in our words."""
+    """A mistake that pydantic reports, in our words."""
     path = [step for step in one["loc"] if step not in (LISTED, RANGE)]
     steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
     place, value, context = "".join(steps).removeprefix("."), one["input"], one.get("ctx", {})

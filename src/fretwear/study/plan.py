@@ -1,4 +1,4 @@
-"""The plan of a study: its points and what each will cost, before anything is run."""
+"""The plan of a study: its points and the cost of each, before anything is run."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from fretwear.study.memory import MEMORY_TO_START, memory_of, window
 from fretwear.study.study import Point, Study
 from fretwear.units import duration_text, size_text
 
-# Fitted to runs: times hold within half.
+# Fitted to runs: actual times are within half of these.
 SECONDS_TO_START, SECONDS_PER_CASE = 1.3, 0.1
-# Of a step: on rings; of a line contact, at least; on a window, at least and per cell; with a
+# Time of a step: on rings; of a line contact, at least; on a window, at least and per cell; with a
 # matrix, per cubed cell, and over a stroke per cubed strip.
 SECONDS_ON_RINGS, SECONDS_ON_STRIPS = 6e-3, 3.5e-2
 SECONDS_ON_WINDOW, SECONDS_PER_CELL = 5e-3, 9e-7
 SECONDS_PER_CUBED_STRIP, SECONDS_PER_CUBED_CELL = 0.9e-8, 2.5e-11
 SECONDS_PER_CELL_OF_SNAPSHOT = 1.5e-6
-# Columns of coated contacts: thickness over contact radius, and peak pressure over the uncoated.
+# Columns of coated contacts: thickness over contact radius, peak pressure over the uncoated one.
 _OF_COATINGS = {"h/a0": "coating_ratio", "p_max/p0": "coating_pressure_ratio"}
-# Steps of bodies that yield, friction in two directions, and a load that changes within a cycle
-# take so many times as long.
+# Factors on the time of steps: bodies that yield, friction in two directions, and a load that
+# changes within a cycle.
 TIMES_YIELDING, TIMES_COUPLED, TIMES_PULSATING = 1.7, 3.0, 14.0
 POWER_OF_NARROW_RINGS = 2.3
 STEPS_PER_ROOT_OF_SLIP_AND_WEAR, STEPS_PER_SNAPSHOT, STEPS_PER_YIELDING_TIME = 11.0, 2.5, 1.0
@@ -55,7 +55,7 @@ class Estimate(NamedTuple):
 def estimate(case: Case) -> Estimate:
     """Estimate the cost of a case.
 
-    The coarser run for error estimates is included. A case that asks for an accuracy is expected to
+    The coarser run for error estimates is included. A case with a requested accuracy is expected to
     end with default cells.
     """
     usual, widths = _run(case, 1.0), [1.0]
@@ -106,11 +106,11 @@ def _run(case: Case, width: float) -> Estimate:
 def _steps(case: Case, tolerance: float) -> float:
     """Expected number of steps.
 
-    The steps of an elastic run grow with the wear and the slip: the pressure p0 wears a cell
-    e-fold in 1/(β p0) cycles, β = 4 K_w µ κ, and from fold to fold the steps may be longer. A
-    step ends at each snapshot, and the next ones are short while the contact wears. If the
-    bodies yield and slip follows the worn shape, a step lasts no longer than wear takes to free
-    a cell at the limit p, 1/(β p) cycles at the default tolerance.
+    The steps of an elastic run grow with the wear and the slip: the pressure p0 wears a cell e-fold
+    in 1/(β p0) cycles, β = 4 K_w µ κ, and steps may grow longer from fold to fold. A step ends at
+    each snapshot, and the steps after it are short while the contact wears. If the bodies yield and
+    slip follows the worn shape, a step is no longer than the time in which wear frees a cell at the
+    limit p, 1/(β p) cycles at the default tolerance.
     """
     worn, snapshots = case.cycles * case.wear_growth, len(case.output_cycles)
     root = math.sqrt(math.log2(1.0 + worn * case.hertz_pressure) * min(case.tangential_ratio, 1.0))
@@ -146,7 +146,7 @@ class Plan:
 
     @cached_property
     def warnings(self) -> Mapping[str, Mapping[str, str]]:
-        """What is less accurate or outside the model, with the numbers of each case by id."""
+        """Lacks of accuracy and limits of the model, with the numbers of each case by id."""
         warnings: dict[str, dict[str, str]] = {}
         for case_id, case in self.study.cases().items():
             for warning in case_warnings(case):
@@ -155,7 +155,7 @@ class Plan:
 
     @property
     def files(self) -> Mapping[str, None]:
-        """What the files of cases and of sections hold, each once, as text."""
+        """Descriptions of the files of cases and of sections, each once."""
         parts = (
             part
             for case in self.study.cases().values()
@@ -177,7 +177,7 @@ class Plan:
 
     @cached_property
     def _of_coatings(self) -> list[tuple[str, str]]:
-        """The columns of coated contacts, where there are any: title and attribute of a case."""
+        """The columns of coated contacts, if there are any: title and attribute of a case."""
         is_coated = any(case.coating is not None for case in self.study.cases().values())
         return list(_OF_COATINGS.items()) if is_coated else []
 

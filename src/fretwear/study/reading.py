@@ -50,9 +50,9 @@ def select_point(
 ) -> Point:
     """Return the point of a case, changed by assignments ``name=value``.
 
-    An id, or the beginning of exactly one id, chooses the case, to which the assignments are then
-    applied. Without an id the study must have a single case. Raises `StudyError` if the changed
-    case is invalid, or there is no such case.
+    An id, or the beginning of exactly one id, chooses the case; the assignments then change it.
+    Without an id the study must have a single case. Raises `StudyError` if the changed case is
+    invalid, or there is no such case.
     """
     points = {point.id: point for point in study.points() if point.id}
     matching = [n for n in points if n.startswith(case_id or "")]
@@ -72,7 +72,7 @@ def select_point(
 
 
 def content_of(point: Point) -> dict[str, object]:
-    """The plain content of a study that has a single point."""
+    """The plain content of a study with a single point."""
     content = {**point.study.content}
     for axis, position in zip(point.study.axes, point.index, strict=True):
         assign(content, axis.name, axis.written[position])
@@ -80,7 +80,7 @@ def content_of(point: Point) -> dict[str, object]:
 
 
 def case_of_content(file: Path, content: Mapping[str, object]) -> Case:
-    """The case of the plain content of a study of a single point; `StudyError` if it is invalid."""
+    """The case from the plain content of a single point; `StudyError` if it is invalid."""
     (point,) = _checked(file, content, ()).points()
     assert point.case is not None
     return point.case
@@ -114,7 +114,7 @@ def override(
 
 
 def assign(content: dict[str, object], name: str, value: object) -> None:
-    """Give a parameter one value in the plain content of a study file, as for `override`."""
+    """Set a parameter in the plain content of a study file to one value, as `override` does."""
     whole, _, part = name.partition(".")
     if whole in ("title", "output"):
         content[whole] = {**as_mapping(content.get(whole)), part: value} if part else value
@@ -128,7 +128,7 @@ def assign(content: dict[str, object], name: str, value: object) -> None:
         raise QuantityError(f"cannot be set while vary.{whole} varies the whole of it")
     base[whole] = {**as_mapping(base.get(whole)), part: value} if part else value
     content |= {"base": base, "vary": vary}
-    if not vary:  # a sampled design with nothing to sample would be an error
+    if not vary:  # a sampled design without parameters would be an error
         content.pop("design", None)
 
 
@@ -180,7 +180,7 @@ def _checked(
 
 
 def _at_varied(mistakes: Mistakes, vary: Mapping[str, object]) -> Iterator[Mistake]:
-    """Mistakes of the first value of a varied field, told where it is varied, once."""
+    """Mistakes in the first value of a varied field, reported once, where it is varied."""
     told = [mistake.key for mistake in mistakes]
     for mistake in mistakes:
         name = mistake.key.removeprefix("base.")
@@ -193,7 +193,7 @@ def _at_varied(mistakes: Mistakes, vary: Mapping[str, object]) -> Iterator[Mista
 def _try_points(study: Study, mistakes: Mistakes, skip: bool) -> None:
     """Check the rules between parameters; with `skip`, mark points that break one as invalid.
 
-    A broken rule is told once, for the first point.
+    A broken rule is reported once, for the first point.
     """
     broken: dict[tuple[str, str], list[tuple[Mistake, str]]] = {}
     for point in study.points():
@@ -213,7 +213,7 @@ def _try_points(study: Study, mistakes: Mistakes, skip: bool) -> None:
 
 
 def _placed(mistake: Mistake, point: Point) -> tuple[Mistake, str]:
-    """The mistake of a point at the key of the file that has the value, and the other values."""
+    """The mistake under the key that set the value, with the point's other varied values."""
     name = mistake.key
     key = "output.cycles" if name == "output_cycles" else f"base.{name}"
     others = []
@@ -228,7 +228,7 @@ def _placed(mistake: Mistake, point: Point) -> tuple[Mistake, str]:
 def _in_order(
     mistakes: Iterable[Mistake], lines: Mapping[str, int], assignments: Sequence[str]
 ) -> list[Mistake]:
-    """Give mistakes the line of their key or the option that set it, and sort them by line."""
+    """Give each mistake the line of its key or the option that set it, and sort them by line."""
     names = [assignment.partition("=")[0].strip() for assignment in assignments]
     shown = {place: f"{OPTION} {name}" for name in names for place in (f"base.{name}", name)}
     told: dict[tuple[str, str], Mistake] = {}
@@ -238,7 +238,7 @@ def _in_order(
             if f"{key}.".startswith((f"{place}.", f"{place}[")):
                 key = name + key.removeprefix(place)
         line, whole = mistake.line or lines.get(key), key
-        while line is None and whole:  # the line of the whole that lacks a key
+        while line is None and whole:  # the line of the mapping that lacks a key
             whole = whole[: max(whole.rfind("."), whole.rfind("["), 0)]
             line = lines.get(whole) if whole else None
         told[key, mistake.rule] = replace(mistake, key=key, line=line)

@@ -1,8 +1,8 @@
-"""Rules on several parameters of a case at once, by subject; each yields what breaks it.
+"""Rules on several parameters of a case at once, by subject; each yields the mistakes.
 
-Each parameter is valid by itself when they are checked; all broken rules are reported at once. A
-rule declares the members of a case that it reads, and is not tried if one of them could not be read
-or is refused by itself.
+Rules are checked once each parameter is valid by itself, and all broken ones are reported at once.
+A rule declares the members of a case that it reads; it is not tried if one of them is unread or
+invalid by itself.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from fretwear.units import (
 # Largest contact radius over R. At its edge the paraboloid r²/2R, which stands for the sphere in
 # half-space theory, is 1 % off the sphere, as much as the default tolerance allows.
 GREATEST_CONTACT = 0.2
-# Smallest Q/(µP). Its slip annulus is a 30 000th of the contact radius wide; in one a tenth as
-# wide, slip is lost in the rounding of the displacements.
+# Smallest Q/(µP). Its slip annulus is a 30 000th of the contact radius wide; in a tenth of that
+# width slip is lost in the rounding of the displacements.
 LEAST_LOAD_RATIO = 1e-4
 MOST_STROKE = 20.0  # largest sliding amplitude computed, over the Hertz half-width
 _GROSS_SLIP = "for gross slip write sliding_amplitude"
@@ -49,11 +49,11 @@ _Check = Callable[..., Iterator[Mistake]]
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule of every contact, and of each block of one."""
+    """A rule for every contact, and for each of its blocks."""
 
-    check: _Check  #: yields what breaks it
+    check: _Check  #: yields the mistakes
     arguments: tuple[str, ...]  #: attributes of the case, or ``setup`` for the case itself
-    members: frozenset[str]  #: what it reads
+    members: frozenset[str]  #: members that it reads
 
     def broken_by(self, case: Setup) -> Iterator[Mistake]:
         """Yield the mistakes of a case."""
@@ -65,7 +65,7 @@ RULES: list[Rule] = []
 
 
 def rule(*members: str) -> Callable[[_Check], _Check]:
-    """Register a rule on members of a setup; arguments beside ``setup`` are members too."""
+    """Register a rule on members of a setup; arguments besides ``setup`` are members too."""
 
     def registered(check: _Check) -> _Check:
         arguments = tuple(signature(check).parameters)
@@ -108,7 +108,7 @@ def _of_other_units(setup: Setup, part: Imposed) -> Iterator[Mistake]:
 
 @rule("indenter", "normal", "loading")
 def _of_theory(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
-    """What closed forms of the unworn contact do not know cannot be given."""
+    """Results must not be given if closed forms of the unworn contact do not know them."""
     normal, loading, kind = setup.normal, setup.loading, setup.indenter.kind
     is_closed, is_line = setup.indenter.has_closed_form, not setup.frame.has_depth
     if not normal.holds_load and (is_line or not is_closed):
@@ -181,7 +181,7 @@ def _of_rough_strokes(setup: Setup) -> Iterator[Mistake]:
 
 @rule("normal", "loading", "friction_law", "wear_threshold", "junction_growth")
 def _of_local_energy(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
-    """Friction that follows slip and a threshold of wear need the slip of each place."""
+    """Friction that follows slip, and a threshold of wear, need the slip of each place."""
     follows = setup.friction_law.follows_slip
     if setup.loading.stroke or setup.normal.pulsating_load < 1.0:
         rule = "follows the energy of each place, which strokes and pulsating loads do not have"
@@ -196,7 +196,7 @@ def _of_local_energy(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
 
 @rule("indenter", "normal", "loading", "coating")
 def _of_coating(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
-    """What closed forms of uncoated bodies, or equal operators of pressure and traction, give."""
+    """Coatings exclude closed forms of uncoated bodies and equal operators for p and q."""
     if setup.coating is None:
         return
     loading = setup.loading
@@ -218,7 +218,7 @@ def _of_coating(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
 def _of_pulsating_load(
     setup: Setup, slip_model: SlipModel, cells: Discretisation
 ) -> Iterator[Mistake]:
-    """Under a force Q in phase, P falls to r P: µ(P − rP)/2 < Q < µrP, or all sticks, or slides."""
+    """Under a force Q in phase P falls to r P: µ(P − rP)/2 < Q < µrP, or all sticks, or slides."""
     least, ratio = setup.normal.pulsating_load, setup.tangential_ratio
     slides = setup.loading.is_force and ratio >= 1.0
     if least == 1.0 or setup.wears_unevenly or slides:
@@ -238,7 +238,7 @@ def _of_pulsating_load(
 
 @rule(*_UNWORN, "bulk_stress")
 def _of_bulk_stress(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
-    """It moves the stick zone by e, R times the tilt; where e exceeds a − c, slip reverses."""
+    """A bulk stress moves the stick zone by e, R times the tilt; for e > a − c slip reverses."""
     if not setup.bulk_stress:
         return
     stress, hertz = format_quantity(setup.bulk_stress, PRESSURE), setup.hertz
@@ -271,11 +271,11 @@ def _of_pairs_of_keys(setup: Setup, error_estimate: bool, accuracy: float) -> It
 
 @rule("loading", "friction_law")
 def _of_load_ratio(setup: Setup) -> Iterator[Mistake]:
-    """Under a force Q ≥ µP all slides, without a stick zone; too small a Q slips nowhere."""
+    """Under a force Q ≥ µP all slides, without a stick zone; too small a Q causes no slip."""
     loading, law = setup.loading, setup.friction_law
     if isinstance(loading, TangentialRatio):
         ratio = loading.tangential_ratio
-        # Q stays as it is where friction follows slip.
+        # If friction follows slip, Q does not change with it.
         if ratio >= (law.least / law.coefficient if law.follows_slip else 1.0):
             rule = "is gross sliding: Q/(µP) must be less than 1, also with the least friction"
             yield Mistake(loading.kind, f"{ratio:.6g}", rule, _GROSS_SLIP)
@@ -284,7 +284,7 @@ def _of_load_ratio(setup: Setup) -> Iterator[Mistake]:
 
 @rule("normal", "loading", "friction_law")
 def _of_force(setup: Setup) -> Iterator[Mistake]:
-    """Like the ratio, where load and force are given, the force with its unit."""
+    """Like the ratio, with load and force given: reports the force with its unit."""
     loading, load = setup.loading, setup.normal.held[0]
     unit = getattr(vars(loading).get("tangential_load"), "si_unit", "")
     if isinstance(loading, TangentialLoad) and load is not None and unit:
@@ -293,7 +293,7 @@ def _of_force(setup: Setup) -> Iterator[Mistake]:
 
 @rule(*_UNWORN)
 def _of_unworn_ratio(setup: Setup) -> Iterator[Mistake]:
-    """Like the ratio, where it follows from an approach, a displacement or plain numbers."""
+    """Like the ratio, which follows from an approach, a displacement or plain numbers."""
     loading = setup.loading
     unit = getattr(vars(loading).get("tangential_load"), "si_unit", "")
     if not isinstance(loading, TangentialRatio | TangentialLoad):
@@ -335,9 +335,9 @@ def _of_size(setup: Setup) -> Iterator[Mistake]:
 def _of_limit(setup: Setup) -> Iterator[Mistake]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
-    A contact of radius r carries at most p_lim·πr², so carrying P takes a radius of at least
-    √(P/(π p_lim)), which must not exceed `GREATEST_CONTACT`·R; where all slides, by the limit that
-    friction lowers. Wear without plastic flow stays far below.
+    A contact of radius r carries at most p_lim·πr², so carrying P takes a radius of at least √(P/(π
+    p_lim)). This must not exceed `GREATEST_CONTACT`·R; in gross sliding, with the limit reduced by
+    friction. Wear without plastic flow stays far below.
     """
     largest, excess = _largest_contact(setup)
     limit = setup.slip_limit if setup.tangential_ratio >= 1.0 else setup.plastic_limit
@@ -347,7 +347,7 @@ def _of_limit(setup: Setup) -> Iterator[Mistake]:
 
 
 def _largest_contact(setup: Setup) -> tuple[float, str]:
-    """The radius of the largest contact, m, and what lies beyond it in words."""
+    """The radius of the largest contact, m, and in words what a larger contact would exceed."""
     end = setup.indenter.end
     if math.isfinite(end):
         return end, f"a contact of more than {_length(end)}, where the punch ends"
@@ -382,17 +382,17 @@ def _of_snapshots(cycles: int, output_cycles: tuple[int, ...]) -> Iterator[Mista
 def findings(
     case: Setup, unread: Set[str] = frozenset(), blocks: Sequence[Setup | None] = ()
 ) -> list[Mistake]:
-    """Return the mistakes of a case, each of whose values is valid by itself.
+    """Return the mistakes of a case whose values are each valid by themselves.
 
-    ``unread`` are its members that could not be read, and ``blocks`` the case in each of its
-    blocks, None if that is not valid.
+    ``unread`` are its members that could not be read. ``blocks`` are the case in each of its
+    blocks, None if that is invalid.
     """
     broken = _broken(case, unread)
     return [*broken, *_of_blocks(blocks, broken, unread)]
 
 
 def _broken(case: Setup, unread: Set[str]) -> list[Mistake]:
-    """The rules that a case breaks, without those that read a member which is not known."""
+    """The mistakes of a case, without those of rules that read an unread member."""
     broken: list[Mistake] = []
     for name in ("normal", "loading"):
         if not unread & {"indenter", name}:
@@ -405,7 +405,7 @@ def _broken(case: Setup, unread: Set[str]) -> list[Mistake]:
 def _of_blocks(
     blocks: Sequence[Setup | None], of_base: Sequence[Mistake], unread: Set[str]
 ) -> Iterator[Mistake]:
-    """The mistakes of the blocks that the base has not too."""
+    """The mistakes of the blocks that the base does not have."""
     valid = [block for block in blocks if block is not None]
     if len(valid) < len(blocks):
         yield Mistake("blocks", None, "has a block that lacks a parameter of its loading")

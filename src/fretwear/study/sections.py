@@ -80,7 +80,7 @@ class StudySection:
 
     @property
     def file_summaries(self) -> Sequence[str]:
-        """What these files hold, for people."""
+        """Descriptions of these files, for people."""
         return ()
 
     @classmethod
@@ -91,18 +91,18 @@ class StudySection:
         vary: Mapping[str, object],
         mistakes: Mistakes,
     ) -> Mapping[str, object]:
-        """The plain keys of `base` with those that this section makes superfluous."""
+        """The plain keys of `base`, with those that this section makes superfluous."""
         return base
 
     def check(self, cases: Sequence[Case | None], mistakes: Mistakes) -> None:
         """Add the mistakes of the section with the cases of the points of the study."""
 
     def seconds(self, case: Case, cells: float) -> float:
-        """The processor time that it adds to a case with so many cells, s."""
+        """Processor time, s, that the section adds to a case with so many cells."""
         return 0.0
 
     def after_case(self, case: Path) -> None:
-        """Compute what the section adds to a case that has just been finished."""
+        """Compute the results that the section adds to a case that has just finished."""
 
     def extra_results(
         self,
@@ -110,7 +110,7 @@ class StudySection:
         cycles: Array,
         tell: Callable[[str], None],
     ) -> Mapping[Variable, Array]:
-        """More results of a case file over cycles, for the merged study."""
+        """Further results of a case file over cycles, for the merged study."""
         return {}
 
 
@@ -121,9 +121,9 @@ def study_sections() -> Iterator[tuple[str, type[StudySection]]]:
 
 
 def study_form(varied: Iterable[str]) -> TypeAdapter[Sections]:
-    """Return what reads a study file that varies some parameters.
+    """Return the form that reads a study file with some varied parameters.
 
-    It knows the keys of cases and of packages beside the core.
+    It knows the keys of cases and of packages besides the core.
     """
     keys = case_keys()
     return _form(keys, tuple(name for name in varied if name in keys.all_names))

@@ -12,9 +12,9 @@ PARTS_OF_A_DISTANCE = 1000
 
 
 def long_form(base: Mapping[str, object], vary: Mapping[str, object]) -> dict[str, object]:
-    """Return the plain keys of `base` with those for which others stand, unless given or varied.
+    """Return the plain keys of `base`, completed by the keys that short forms stand for.
 
-    A part of which fields vary has their first values.
+    Keys given or varied are not replaced. A part with varied fields has their first values.
     """
     full = _with_constants({**base}, vary)
     names = {*full, *vary}
@@ -32,7 +32,7 @@ def long_form(base: Mapping[str, object], vary: Mapping[str, object]) -> dict[st
 
 
 def _with_constants(base: dict[str, object], vary: Iterable[str]) -> dict[str, object]:
-    """The keys with the elastic constants of a known material and, where known, its hardness."""
+    """The keys with the elastic constants of a known material and, if known, its hardness."""
     material = base.get(MATERIAL)
     rows = [row_of(name) for name in (material if is_list(material) else [material])]
     known = [row for row in rows if row is not None]

@@ -1,4 +1,4 @@
-"""Studies: their points and the cases of these, from values read and checked."""
+"""Studies: their points and cases, from values read and checked."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ class Study:
     file: Path  # the file it was read from
     title: str  # for people
     axes: tuple[Axis, ...]  # the varied parameters in the order of the file
-    design: Design  # how the varied values are combined
+    design: Design  # combination of the varied values
     fixed: Mapping[str, object]  # values of the other keys in SI units
     content: Mapping[str, object]  # plain content of the file, overrides included
     snapshots: tuple[int, ...] | None = None  # cycles at which fields are kept; None: about eight
     batch: int | None = None  # cases per job; None: as many as take a few minutes
     # Sections of packages beside the core, by their place in the file.
     added: Mapping[str, StudySection] = field(default_factory=dict)
-    unread: Set[str] = frozenset()  # keys whose values are wrong: none of a study to be run
+    unread: Set[str] = frozenset()  # keys with wrong values; empty for a study that can be run
     # Points left out, with the reason.
     invalid: dict[tuple[int, ...], str] = field(default_factory=dict)
 
@@ -79,7 +79,7 @@ class Study:
         return {point.id: point.case for point in self.points() if point.case is not None}
 
     def values(self, index: tuple[int, ...]) -> dict[str, Any]:
-        """The values of the keys of the case of a point, varied fields of parts among them."""
+        """The values of the keys of the case of a point, including varied fields of parts."""
         values: dict[str, Any] = dict(self.fixed)
         for axis, position in zip(self.axes, index, strict=True):
             whole, _, field = axis.name.partition(".")
@@ -117,13 +117,13 @@ class Point:
 
     @property
     def mistakes(self) -> list[Mistake]:
-        """Why the values make no case, rules between them included."""
+        """Why the values make no case; rules between them are included."""
         case, lacking, found = self._unchecked
         return [*found, *case.mistakes(lacking)]
 
     @cached_property
     def _unchecked(self) -> tuple[Case, Set[str], Mistakes]:
-        """The case, whose rules are not checked, its members that are not known, and mistakes."""
+        """The case before its rules are checked, its unknown members, and mistakes."""
         study = self.study
         members, lacking, found = assembled(study.values(self.index), study.unread, study.snapshots)
         return Case(members), lacking, found
@@ -140,7 +140,7 @@ class Point:
 
     @property
     def words(self) -> str:
-        """What tells the point from others, for people: ``40 N, 0.4 µm, elastic``."""
+        """The varied values of the point, for people: ``40 N, 0.4 µm, elastic``."""
         texts = []
         for axis, place in zip(self.study.axes, self.index, strict=True):
             if len(axis.values) < 2:

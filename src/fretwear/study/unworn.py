@@ -1,4 +1,4 @@
-"""Closed forms beside which the results of a case are shown."""
+"""Closed forms for comparison with the results of a case."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from fretwear.theory import HertzContact, LineContact
 def unworn(case: Case) -> dict[str, float]:
     """Return results, SI units, of the smooth elastic contact of a case before wear, by name.
 
-    They follow Hertz, Cattaneo and Mindlin. What has no closed form, such as the energy of bodies
-    other than a sphere or cylinder, is left out; so is everything of coated bodies.
+    They follow Hertz, Cattaneo and Mindlin. Results without a closed form are left out, such as the
+    energy of bodies other than a sphere or cylinder, and all results of coated bodies.
     """
     if case.coating is not None:
         return {}

@@ -27,7 +27,7 @@ class Document:
 
     def __init__(self, text: str) -> None:
         self.lines: dict[str, int] = {}  # of every entry, such as vary.load[1]
-        self.mistakes: list[Mistake] = []  # duplicate keys, unreadable values
+        self.mistakes: list[Mistake] = []  # of duplicate keys and unreadable values
         yaml = YAML(typ="safe", pure=True)
         self._constructor = yaml.constructor
         node = yaml.compose(text)
