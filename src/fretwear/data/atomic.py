@@ -28,10 +28,10 @@ class DataFileError(Exception):
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary file in the same folder, which gets the name `path` on a clean exit.
 
-    The temporary name has machine and process, so that processes which write the same file never
-    mix their output; the last one prevails. On any error, interrupts included, the temporary file
-    is removed and an existing file stays as it is. `DataFileError` if the disk is full or the
-    folder cannot be created or written to.
+    The temporary name contains machine and process, so processes that write the same file never mix
+    their output; the last one prevails. On any error, interrupts included, the temporary file is
+    removed and an existing file is kept. `DataFileError` if the disk is full or the folder cannot
+    be created or written to.
     """
     path = Path(path)
     temporary = path.with_name(f".{path.name}.{platform.node()}.{os.getpid()}.tmp")
@@ -55,7 +55,7 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
 
 
 def _write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
-    """Say why a file could not be written; the netCDF library does not tell a full disk."""
+    """Say why a file could not be written; the netCDF library does not report a full disk."""
     with suppress(OSError):
         if shutil.disk_usage(path.parent).free < _NEARLY_FULL_BYTES:
             return DataFileError(path, "not written, because the disk is full", "Free some space")

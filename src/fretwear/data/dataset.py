@@ -39,7 +39,7 @@ FieldsT = TypeVar("FieldsT", xr.Dataset, xr.DataArray)
 
 
 def line_near_the_middle(values: FieldsT) -> FieldsT:
-    """Return fields on the line of cells nearest y = 0; those without y stay as they are."""
+    """Return fields on the line of cells nearest y = 0; fields without y are unchanged."""
     if Y.name not in values.dims:
         return values
     return values.isel({Y.name: int(np.abs(values[Y.name].values).argmin())})
@@ -56,7 +56,7 @@ class Accessor:
     def case(self) -> Case:
         """The case that the dataset belongs to.
 
-        It is a ValueError if this is not the dataset of one case, or one of another version.
+        Raises a ValueError if this is not the dataset of one case, or one of another version.
         """
         if "parameters" not in self._dataset.attrs:
             remedy = "point(normal_load='50 N') of its accessor opens a case of a study"
@@ -64,10 +64,10 @@ class Accessor:
         return Case(**json.loads(self._dataset.attrs["parameters"]))
 
     def sel(self, **levels: object) -> xr.Dataset:
-        """Select points of a study by parameters as its file has them: ``plastic_limit="none"``.
+        """Select points of a study by parameters as in its file: ``plastic_limit="none"``.
 
-        Values are numbers in SI units, text with units, words, lists of these or slices; `load` is
-        ``normal_load`` too. A ValueError says which parameters vary, or which levels one has.
+        Values are numbers in SI units, text with units, words, lists of these or slices; `load`
+        stands for ``normal_load``. A ValueError names the varied parameters, or the levels of one.
         """
         found = self._dataset
         for key, level in levels.items():
@@ -92,7 +92,7 @@ class Accessor:
         return found
 
     def _stored(self, axis: xr.DataArray, level: object) -> object:
-        """Return a level as a coordinate holds it, from text as in a study file."""
+        """Return a level as stored in a coordinate, from text as in a study file."""
         if isinstance(level, slice):
             return slice(*(self._stored(axis, end) for end in (level.start, level.stop)))
         if isinstance(level, list | tuple):
@@ -107,8 +107,8 @@ class Accessor:
     def point(self, **levels: object) -> xr.Dataset:
         """Open the case of a point of a study, lazily: ``open_study(…).fretwear.point(load=50)``.
 
-        Levels as of `sel` name the point; the file of the case lies beside the ``summary.nc`` that
-        the dataset comes from. A ValueError says what is still open, or that the point failed.
+        Levels as for `sel` name the point; the file of the case lies beside the ``summary.nc`` of
+        the dataset. A ValueError names parameters without a level, or says that the point failed.
         """
         here, source = self.sel(**levels), self._dataset.encoding.get("source", "")
         if CASE_ID.name not in here or STATUS.name not in here or not source:
@@ -130,8 +130,8 @@ class Accessor:
     def in_units(self) -> xr.Dataset:
         """Return the dataset in units for people, such as µm and MPa, named by ``units``.
 
-        Numbers without a unit stay as they are. Each variable has the unit in which its largest
-        value is from 1 to 1000; x and y share one, and so do a scalar and its estimated error.
+        Numbers without a unit are unchanged. Each variable gets the unit in which its largest value
+        is from 1 to 1000; x and y share one, and so do a scalar and its estimated error.
         """
         dataset, converted = self._dataset, dict[Hashable, xr.Variable]()
         positions = [name for name in (X.name, Y.name) if name in dataset.variables]
@@ -167,7 +167,7 @@ class Compared:
     variable: Variable
     first: float  # in its SI unit
     second: float
-    errors: tuple[float, float] = (0.0, 0.0)  # of both; zero if not estimated
+    errors: tuple[float, float] = (0.0, 0.0)  # error of both; zero if not estimated
 
     @property
     def ratio(self) -> float:
@@ -178,7 +178,7 @@ class Compared:
 def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
     """Return the cycles at which two cases are compared.
 
-    It is the last snapshot that both have or, if they share only cycle 0, the last one of each.
+    This is the last common snapshot or, if only cycle 0 is common, the last one of each.
     """
     mine, theirs = ({int(cycle) for cycle in case["cycle"].values} for case in (first, second))
     common = max(mine & theirs, default=0)
@@ -186,7 +186,7 @@ def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
 
 
 def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
-    """Return key results of two cases at `compared_cycles`, and forces if they are results."""
+    """Return key results of two cases at `compared_cycles`; forces too if they are results."""
     cycles = compared_cycles(first, second)
     states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
     results = []

@@ -1,7 +1,7 @@
 """The effects of the parameters of a study on its results.
 
-In a study of listed values they come from pairs of cases that differ in one parameter only; in a
-sampled one, Sobol indices come from an emulator.
+If values are listed, effects come from pairs of cases that differ in one parameter only; in a
+sampled study, Sobol indices come from an emulator.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from fretwear.variable import Variable
 if TYPE_CHECKING:
     from scipy.interpolate import RBFInterpolator
 
-# An ensemble has at least this many seeds: the standard deviation of fewer means little.
+# Least number of seeds of an ensemble: the standard deviation of fewer means little.
 SEED, LEAST_SEEDS = "roughness_seed", 3
 
 BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
@@ -62,10 +62,10 @@ COLUMNS = (
 )
 """Columns of the table of effects."""
 
-# Spread of logarithms of factors that matters, and the share of it that a parameter must explain.
+# Spread of the logarithms of factors that matters, and share of it that one parameter must explain.
 _MATTERS, _EXPLAINED = math.log(1.05), 0.3
 _FOLDS, _DRAWS, _MOST_EMULATED = 8, 1024, 1000
-# Quantile of Student's t of 95 % for the groups, and what draws leave open.
+# Quantile of Student's t of 95 % for the groups, and the uncertainty that draws leave.
 _QUANTILE, _OF_DRAWS = 2.36, 0.005
 
 
@@ -97,8 +97,8 @@ def final_results(summary: xr.Dataset) -> dict[str, Array]:
     dims = (*point_dims(summary), CYCLE.name)
     names = [name for name, variable in summary.variables.items() if {*variable.dims} == {*dims}]
     tables = {str(name): summary.variables[name].transpose(*dims).values for name in names}
-    # A snapshot is stored if any result is defined in it; some, such as the mean stick pressure,
-    # may not be.
+    # A snapshot is stored if any result is defined in it; others, such as the mean stick pressure,
+    # may be NaN.
     stored = np.any([pd.notna(values) for values in tables.values()], axis=0)
     last = (stored * np.arange(stored.shape[-1])).argmax(axis=-1)[..., None]
     return {name: np.take_along_axis(values, last, -1)[..., 0] for name, values in tables.items()}
@@ -138,9 +138,9 @@ def results_table(summary: xr.Dataset) -> str:
 def levels_of(
     dataset: xr.Dataset, name: str, values: NDArray[np.generic] | None = None
 ) -> list[float | str]:
-    """Return values of a parameter as study files give them; drawn ones with three digits.
+    """Return values of a parameter as in study files; drawn ones with three digits.
 
-    They are by default those along its dimension.
+    By default these are the values along its dimension.
     """
     attributes = dataset[name].attrs
     levels = (dataset[name].values if values is None else values).tolist()
@@ -182,9 +182,9 @@ class Points:
     """The n finished points of a study as rows of a table."""
 
     # By case id: the index of the level of each varied parameter, and every scalar after the last
-    # cycle, SI units. A scalar is NaN if its estimated error is as large, as at a singular peak or
-    # for the dissipation after wear has ceased. The central pressure is NaN too if the centre is
-    # open, as in a valley of waves.
+    # cycle, SI units. A scalar is NaN if its estimated error is as large as its value, as at a
+    # singular peak or for the dissipation after wear has ceased. The central pressure is also NaN
+    # if the centre is open, as in a valley of waves.
     table: pd.DataFrame
     # The distinct values of each varied parameter: numbers increasing, text as in the study.
     levels: Mapping[str, tuple[float | str, ...]]
@@ -279,10 +279,10 @@ class Points:
         return found if found is not None and found.quality >= GOOD else None
 
     def shares(self) -> Iterator[dict[str, object]]:
-        """Yield what each parameter of a sample explains of each headline result.
+        """Yield the shares of each headline result that the parameters of a sample explain.
 
-        Shares of the variance, ``first`` alone and ``total`` with all interactions, have the ends
-        of 95 % intervals. They are None unless the emulator predicts the result.
+        The shares of the variance, ``first`` alone and ``total`` with all interactions, have the
+        ends of 95 % intervals. They are None unless the emulator predicts the result.
         """
         for result in headlines(self.results) if self.drawn else ():
             indices, ranks = self.good_indices(result), self.rank_correlations(result)
@@ -301,7 +301,7 @@ class Points:
 
     @cached_property
     def indices(self) -> Mapping[str, Indices]:
-        """The Sobol indices of every scalar of a sample, none of other studies.
+        """The Sobol indices of every scalar of a sample; empty for other studies.
 
         They refer to the logarithm of a scalar that is positive, since results scale with powers of
         the parameters. Constant results, and results undefined at some point, are left out.
@@ -311,7 +311,7 @@ class Points:
             for name, values in self.results.items()
             if name in RESULTS and np.isfinite(values).all() and np.ptp(values) > 0.0
         }
-        # The points, less an eighth, determine the quadratic part of the emulator.
+        # Seven eighths of the points must determine the quadratic part of the emulator.
         terms = math.comb(len(self.levels) + 2, 2)
         if not (self.drawn and columns) or terms > 0.8 * len(self.table):
             return {}
@@ -320,7 +320,7 @@ class Points:
 
 
 def effects_table(points: Points) -> pd.DataFrame:
-    """Return by how much results change from the first to the last level of each parameter.
+    """Return the changes of results from the first to the last level of each parameter.
 
     The results are the `headlines`. A row compares pairs of cases that differ in one
     parameter alone: all of them, then those at each level, ``where``, of the parameter on which the
@@ -356,12 +356,12 @@ def effects_table(points: Points) -> pd.DataFrame:
 
 
 def _pairs(points: Points, name: str, others: list[str]) -> pd.DataFrame:
-    """Return the cases at the first and the last level of a parameter that are alike otherwise."""
+    """Return the cases at the first and the last level of a parameter that otherwise agree."""
     table, last = points.table.reset_index(), len(points.levels[name]) - 1
     first, second = (table[table[name] == level].drop(columns=name) for level in (0, last))
     how: dict[str, object] = {"on": others} if others else {"how": "cross"}
     pairs = first.merge(second, suffixes=("_from", "_to"), **how)
-    # Several points may be one case: slopes do not matter on a smooth surface.
+    # Several points may share a case: slopes do not matter on a smooth surface.
     return pairs[pairs["id_from"] != pairs["id_to"]].drop_duplicates(["id_from", "id_to"])
 
 
@@ -384,7 +384,7 @@ def _change(values: pd.DataFrame) -> tuple[float, ...]:
 
 
 def _divider(values: pd.DataFrame, others: list[str]) -> str:
-    """Return the other parameter on which the factor depends most; empty if on none."""
+    """Return the other parameter on which the factor depends most; empty if it depends on none."""
     logarithms = np.log(values["factor"].dropna())
     if not others or len(logarithms) < 2 or np.ptp(logarithms) < _MATTERS:
         return ""
@@ -405,17 +405,17 @@ class Indices:
 
     first: Array  # shape (d,): each parameter alone
     total: Array  # each parameter with all its interactions
-    first_ends: Array  # shape (2, d): the 95 % interval of each, by which points there are
+    first_ends: Array  # shape (2, d): ends of the 95 % interval of each
     total_ends: Array
-    quality: float  # share of the variance predicted at points left out, 1 at best
+    quality: float  # share of the variance predicted at omitted points, 1 at best
 
 
 def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list[Indices]:
     """Return the Sobol indices of functions, given their values at points that fill the unit cube.
 
     An emulator of quintic radial functions interpolates the values, and `scipy.stats.sobol_indices`
-    integrates it. Emulators that leave out one eighth of the points each measure its quality. Of
-    more than 1000 points, the first 1000 are used.
+    integrates it. Emulators that each omit one eighth of the points measure its quality. Of more
+    than 1000 points, the first 1000 are used.
 
     Parameters
     ----------
@@ -431,7 +431,7 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     list of Indices
         One for each function.
     """
-    # It takes longer to import than merging takes.
+    # Importing this takes longer than a merge.
     from scipy.interpolate import RBFInterpolator
 
     unit, values = unit[:_MOST_EMULATED], values[:_MOST_EMULATED]
@@ -449,8 +449,7 @@ def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list
     missed = [each(unit[g]) - scaled[g] for each, g in zip(partial, groups, strict=True)]
     quality = 1.0 - (np.concatenate(missed) ** 2).mean(axis=0)
     shares = np.clip(_shares(emulator(fold >= 0), listed), 0.0, 1.0)
-    # The jackknife by groups: what an eighth of the points changes tells what all of them leave
-    # open.
+    # Jackknife by groups: the effect of omitting an eighth of the points gives the error of all.
     partial_shares = np.stack([_shares(each, listed) for each in partial])
     half = _QUANTILE * partial_shares.std(axis=0) * math.sqrt(len(groups) - 1) + _OF_DRAWS
     ends = np.clip(np.stack([shares - half, shares + half], axis=2), 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Datasets as files of other programs: tables, meshes of VTK, loads for Abaqus, heights."""
+"""Datasets in files of other programs: tables, meshes of VTK, loads for Abaqus, heights."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def at_cycle(ds: xr.Dataset, cycle: float) -> xr.Dataset:
 def write_csv(ds: xr.Dataset, path: Path) -> list[Path]:
     """Write tables of text, one for all variables of the same dimensions: ``OUT-cycle-x-y.csv``.
 
-    The header has names and SI units, ``pressure (Pa)``; rows go through the last dimension first.
-    Positions have 15 digits, other numbers as many as single or double precision needs.
+    The header has names and SI units, ``pressure (Pa)``; the last dimension varies fastest.
+    Positions have 15 digits, other numbers as many as their precision needs.
     """
     written = []
     for dims, frame in _tables(ds):
@@ -77,7 +77,7 @@ def write_parquet(ds: xr.Dataset, path: Path) -> list[Path]:
 
 
 def _tables(ds: xr.Dataset) -> Iterator[tuple[tuple[str, ...], pd.DataFrame]]:
-    """Yield a table for all variables of the same dimensions, whose columns come first."""
+    """Yield a table for all variables of the same dimensions; these are its first columns."""
     tables: dict[tuple[str, ...], list[str]] = {}
     for name, variable in ds.data_vars.items():
         if variable.dims and variable.dtype.kind in "fiu":
@@ -96,8 +96,8 @@ def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
     """Write fields for ParaView: cells or points for each cycle or phase, and ``OUT.pvd`` of all.
 
     Each file, ``.vtu``, has lines, quadrilaterals or hexahedra between the centres of cells, with
-    the values there; z is the depth, downwards. It takes the library pyevtk; `ExportError` without
-    it, or if the dataset has no fields.
+    the values there; z is the depth, downwards. `ExportError` without the library pyevtk, or if the
+    dataset has no fields.
     """
     try:
         from pyevtk import hl, vtk
@@ -142,7 +142,7 @@ def write_vtk(ds: xr.Dataset, path: Path) -> list[Path]:
 
 
 def _cells_between(shape: tuple[int, ...]) -> tuple[NDArray[np.int64], Any]:
-    """Return the corners of the cells of VTK between points of a shape, and the kind of cell."""
+    """Return the corners of the cells of VTK between points of a shape, and their kind."""
     from pyevtk.vtk import VtkHexahedron, VtkLine, VtkQuad, VtkVertex
 
     number = np.arange(math.prod(shape)).reshape(shape)
@@ -203,10 +203,10 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
 
 
 def write_x3p(ds: xr.Dataset, path: Path) -> list[Path]:
-    """Write the heights of the worn flat, m, as programs for measured surfaces read them.
+    """Write the heights of the worn flat, m, in a format of programs for measured surfaces.
 
-    They are minus the wear depth at the last snapshot, upwards, of both bodies together if the wear
-    of the flat is unknown. The library SurfaceTopography is needed; `ExportError` without it, or if
+    The heights are minus the wear depth at the last snapshot, upwards; that of both bodies together
+    if the wear of the flat is unknown. `ExportError` without the library SurfaceTopography, or if
     the dataset has no map of wear.
     """
     try:
@@ -222,7 +222,7 @@ def write_x3p(ds: xr.Dataset, path: Path) -> list[Path]:
     heights = Topography(-worn.values.astype(np.float64), sizes, unit="m", periodic=False)
     archive = io.BytesIO()
     heights.to_x3p(archive, manufacturer="fretwear", model="fretwear")
-    # SurfaceTopography writes the digest of the heights; ISO 25178-72 wants that of main.xml.
+    # SurfaceTopography writes the digest of the heights; ISO 25178-72 requires that of main.xml.
     with zipfile.ZipFile(archive) as members:
         content = {name: members.read(name) for name in members.namelist()}
     digest = hashlib.md5(content["main.xml"], usedforsecurity=False).hexdigest()

@@ -1,7 +1,7 @@
-"""Files of cases and of merged studies: netCDF-4 written by xarray, read as far as they go.
+"""Files of cases and of merged studies: netCDF-4, written by xarray.
 
-A reader asks for the variables that it uses. Files of earlier versions, which lack a variable, and
-of later ones, which have more, therefore open as well.
+Readers ask only for the variables that they use. So files of earlier versions, which lack some, and
+of later versions, which have more, open as well.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ MERGED_PROFILES: Mapping[str, Variable] = {
 MERGED_HISTORIES = (CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangential_force")
 """Histories in a merged study."""
 
-# What a merged study has of a case: arrays by their names in its file, and attributes.
+# Parts of a case in a merged study: arrays by their names in its file, and attributes.
 _PROFILES = {field.name for field in MERGED_PROFILES.values()}
 _HISTORIES = {f"{HISTORY_GROUP}/{name}" for name in MERGED_HISTORIES}
 _MERGED = {CASE_ID.name, CODE_DIGEST.name, WARNINGS.name, "source", "symmetry"}
@@ -76,15 +76,15 @@ _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study'
 def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset]) -> None:
     """Write datasets as groups of one file, the first one as its root; the file appears complete.
 
-    Arrays are compressed by zlib (level 1, shuffled), whose checksum each chunk has; programs that
-    read files in the cloud have no other filter. A chunk has one cycle of a field or, in a merged
-    study, one value of the first parameter. Text is written as `without_text` says.
-    `DataFileError` if the disk is full or the folder, created if necessary, cannot be written to.
+    Arrays are compressed by zlib (level 1, shuffled), which every reader of files in the cloud
+    knows; each chunk has a checksum. A chunk has one cycle of a field or, in a merged study, one
+    value of the first parameter. Text is written as `without_text` says. `DataFileError` if the
+    disk is full or the folder, created if necessary, cannot be written to.
     """
     values: list[tuple[ArrayLike, netCDF4.Variable[Any]]] = []
     writer = SimpleNamespace(add=lambda source, target: values.append((source, target)))
-    # `to_netcdf` would open the file for each group, and end definitions for each variable, which
-    # takes three times as long. `dump_to_store` is not documented: a test has what replaces it.
+    # `to_netcdf` would open the file for each group and end definitions for each variable, which
+    # takes three times as long. `dump_to_store` is not documented; a test names its replacement.
     with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w") as file:
         for name, labelled in groups.items():
             content = without_text(labelled)
@@ -115,7 +115,7 @@ def write_case(
     loops: xr.Dataset | None = None,
     attributes: Mapping[str, str] | None = None,
 ) -> None:
-    """Write a case file; it replaces an earlier file, only when it is complete.
+    """Write a case file; an earlier file is replaced only once the new one is complete.
 
     Dataset, history and loops come from `fretwear.data.labels`; history and loops, if any, become
     the groups ``history`` and ``loop``. `attributes` of the study are added to the dataset.
@@ -208,7 +208,7 @@ def _check(path: Path, dataset: xr.Dataset) -> None:
 
 
 class Header(NamedTuple):
-    """What describes the values of a variable of a file."""
+    """Dimensions and attributes of a variable of a file."""
 
     dims: tuple[str, ...]
     attributes: Mapping[str, Any]
@@ -221,11 +221,11 @@ Headers: TypeAlias = dict[tuple[str, str], Header]
 def read_case(
     path: str | os.PathLike[str], headers: Headers
 ) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """Read what a merged study has of a case: attributes, and arrays by name.
+    """Read the parts of a case in a merged study: attributes, and arrays by name.
 
     These are scalars, the fields of `MERGED_PROFILES` on the line of cells nearest y = 0, and the
-    `MERGED_HISTORIES`, named ``history/cycle``. Files of one code have the same `headers`, which
-    this completes: the netCDF library takes ten times as long to read them as h5py the arrays.
+    `MERGED_HISTORIES`, named ``history/cycle``. Files of the same code share `headers`, which this
+    function completes: the netCDF library needs ten times as long for them as h5py for the arrays.
     Raises the errors of `open_case`.
     """
     with _hdf5(path) as file:
@@ -292,7 +292,7 @@ def _hdf5(path: str | os.PathLike[str]) -> Iterator[h5py.File]:
 def read_arrays(
     path: str | os.PathLike[str], names: Iterable[str], rows: slice = slice(None)
 ) -> dict[str, NDArray[Any]]:
-    """Read some rows of arrays of a case file; those that it lacks are left out.
+    """Read some rows of arrays of a case file; missing arrays are left out.
 
     `DataFileError` if the file is missing or damaged.
     """

@@ -1,4 +1,4 @@
-"""Groups of netCDF files, opened lazily: what replaces text there, and what stands for it here."""
+"""Groups of netCDF files, opened lazily, and the numbers that replace text in them."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from fretwear.data.atomic import DataFileError
 from fretwear.results import CASE_ID
 from fretwear.variable import Variable
 
-# Attributes: names of the attributes that are text coordinates in memory, and, of a coordinate of
-# flags, its text.
+# Attributes: names of the attributes that are text coordinates in memory; texts of a coordinate of
+# flags.
 _TEXTS, LEVELS = "text_parameters", "levels"
 _OF_FLAGS = {LEVELS, "flag_values", "flag_meanings"}
-_WORD = re.compile(r"[^\w.+@-]+")  # what flag_meanings may not have
+_WORD = re.compile(r"[^\w.+@-]+")  # characters not allowed in flag_meanings
 
 
 def without_text(dataset: xr.Dataset) -> xr.Dataset:
     """Return a dataset whose coordinates are numbers, which every program reads.
 
-    One text is an attribute; text along a dimension is a flag variable, whose attribute ``levels``
-    has the texts, one a line, and ``flag_meanings`` has them as words. Case ids and text that is no
-    coordinate are arrays of characters, of which no variable of numbers depends.
+    A single text is an attribute. Text along a dimension is a flag variable: its attribute
+    ``levels`` has the texts, one a line, and ``flag_meanings`` has them as words. Case ids and text
+    that is no coordinate are arrays of characters; no variable of numbers depends on them.
     """
     texts = {str(n): v for n, v in dataset.coords.items() if v.dtype.kind in "OU"}
     single = {name: str(text.item()) for name, text in texts.items() if not text.dims}
@@ -35,7 +35,7 @@ def without_text(dataset: xr.Dataset) -> xr.Dataset:
             levels, first, numbers = np.unique(
                 text.values.astype(str), return_index=True, return_inverse=True
             )
-            # In the order of the study, so that numbers along a dimension rise.
+            # Flags follow the order of the study, so that numbers along a dimension rise.
             order = np.argsort(first)
             meanings = {
                 "flag_values": np.arange(levels.size, dtype=np.int32),
@@ -50,7 +50,7 @@ def without_text(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def with_text(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset that was read with the text coordinates that `without_text` replaced."""
+    """Return a dataset read from a file with the text coordinates that `without_text` replaced."""
     from fretwear.study.case import case_keys
 
     attributes, texts = dict(dataset.attrs), dict[str, xr.Variable]()

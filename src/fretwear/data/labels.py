@@ -105,7 +105,7 @@ def case_dataset(
         values = np.asarray(value, None if isinstance(value, str) else np.float64)
         attributes = Variable(name, units, words=words).attributes
         coordinates[name] = xr.Variable((), values, attributes)
-    # The largest relative error of each scalar, over the cycles at which it exceeds a trace.
+    # Largest relative error of each scalar, over the cycles at which its value is no trace.
     relative = {}
     for scalar in (s for s in of_scalars if s.name in errors and s.is_headline):
         values, apart = (np.abs(np.asarray(table[scalar.name])) for table in (scalars, errors))
@@ -132,9 +132,9 @@ def case_dataset(
 def history_dataset(steps: Mapping[str, ArrayLike], frame: ContactFrame) -> xr.Dataset:
     """Return the history of a run along ``step``: arrays of shape (nsteps,) by name, SI units.
 
-    They are the increasing, possibly fractional ``cycle``, the scalars of a frame that
-    every step has, for the whole contact, the ``error_estimate`` of each step and its
-    ``convolutions``. Raises the errors of `case_dataset`.
+    These are the increasing, possibly fractional ``cycle``, the scalars of every step of a frame,
+    for the whole contact, the ``error_estimate`` of each step and its ``convolutions``. Raises the
+    errors of `case_dataset`.
     """
     arrays = {"step": np.arange(np.size(steps["cycle"])), **steps}
     expected = (*of_steps(scalars_of(frame)), ERROR_ESTIMATE, CONVOLUTIONS)
@@ -165,7 +165,7 @@ def loops_dataset(
 def _variables(
     expected: Iterable[Variable], arrays: Mapping[str, ArrayLike], dims: tuple[str, ...] = ()
 ) -> dict[str, xr.Variable]:
-    """Return arrays as variables; without dimensions, each lies along the one of its name.
+    """Return arrays as variables; without dimensions, each has the dimension of its own name.
 
     A KeyError names what is missing, a ValueError an array that `Variable.allows` refuses.
     """

@@ -226,7 +226,7 @@ def _side_by_side(
 ) -> xr.Dataset:
     """Variables of points, by number, along the axes of a study; NaN where a point has none.
 
-    `places` are where the values of each point lie on the first axis of a variable.
+    `places` index the values of each point on the first axis of a variable.
     """
     variables = {}
     for name, (dims, attributes) in headers.items():
@@ -302,7 +302,7 @@ def _varied(study: Study, axis: Axis, declared: Mapping[str, object] | None) -> 
 
 
 def _remarks_on(done: Iterable[tuple[str, Case | None]]) -> list[str]:
-    """Return a remark if cases that are done, given with their digests, are of other code."""
+    """Return a remark if finished cases, given with their digests, were computed by other code."""
     pairs = [(digest, case_digest(case)) for digest, case in done if case is not None]
     older = [digest or "missing" for digest, now in pairs if digest != now]
     remark = (

@@ -35,8 +35,8 @@ NOT_DONE = -1
 def common_positions(cases: Collection[Array]) -> Array:
     """Return positions, m, common to all cases, given the cell centres of each.
 
-    They are the centres of cells of the finest spacing, up to the end of the largest window; if all
-    cases have one spacing, these are the cells of the cases, and interpolation changes no value.
+    These are the centres of cells of the finest spacing, up to the end of the largest window. If
+    all cases have one spacing, they are the cells of the cases, and interpolation changes no value.
     """
     ends = {(float(cells[0]), float(cells[-1]), cells.size) for cells in cases}
     windows = [
@@ -57,9 +57,9 @@ def resampled(
     """Interpolate values at cell centres to other positions, both in m, along the last axes.
 
     Physical quantities are interpolated linearly, and equal the value of the cell to the last bit
-    at its centre; a state, which is a whole number, is taken from the nearest cell. Between the
-    axis and the first cell of a one-sided array values are constant; beyond the outermost cell
-    centres they are `outside`. Cells that are all positive are one side of an even contact.
+    at its centre; a state, which is a whole number, is that of the nearest cell. Between the axis
+    and the first cell of a one-sided array values are constant; beyond the outermost cell centres
+    they are `outside`. Cells with only positive positions are one side of an even contact.
     """
     for axis, (centres, places) in enumerate(zip(cells, positions, strict=True), -len(cells)):
         if not np.array_equal(centres, places):
@@ -142,11 +142,11 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     axes = [stacked[name].to_numpy() for name in dims]
     chunks = (*(1 for _ in cases.shape), *(axis.size for axis in axes))
     for field in FIELDS:
-        # A name, without which dask would look for one in all that the cases hold.
+        # Without a name dask would look for one in the contents of all cases.
         name = f"{field.name}-{uuid.uuid4()}"
         lazy = da.from_array(_Stack(cases, field, axes), chunks, name)  # type: ignore[no-untyped-call]
         stacked[field.name] = ((*status.dims, *dims), lazy, field.attributes)
-    # What mirrors or draws a case asks for it.
+    # Code that mirrors or draws a case needs this.
     even = (bool(axes[1][0] > 0.0), len(dims) > 2 and bool(axes[2][0] > 0.0))
     stacked.attrs["symmetry"] = next(n for n, sides in SYMMETRIES.items() if sides == even)
     if stacked is not summary:  # closing a derived dataset would not close its file
@@ -164,7 +164,7 @@ class _Stack:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of cases, then cycles and positions."""
+        """Numbers of cases, of cycles and of positions."""
         return (*self.cases.shape, *(axis.size for axis in self.axes))
 
     @property

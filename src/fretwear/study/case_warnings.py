@@ -55,7 +55,7 @@ class CaseWarning:
 
     @classmethod
     def read(cls, line: str) -> CaseWarning | None:
-        """Return the result that a line of the attribute ``warnings`` names; None if it names none."""
+        """Return the result that a line of the attribute ``warnings`` names, or None."""
         return cls(*found.groups(default="")) if (found := _LINE.fullmatch(line)) else None
 
     @property
