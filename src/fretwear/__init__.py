@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fretwear.plugins import plugins
 from fretwear.version import __version__
 
-# HDF5, which reads this when it is loaded, would refuse to open files where the file system has no
+# HDF5 reads this when it is loaded. Otherwise it would refuse to open files on file systems without
 # locks. Files are complete or absent, so its locks guard nothing here.
 os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
 
@@ -50,7 +50,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    # Numerics and labelled arrays take about a second to import, and are imported when used.
+    # Numerics and labelled arrays take about a second to import, and are imported on demand.
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
     if name == "figures":

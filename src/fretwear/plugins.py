@@ -1,4 +1,4 @@
-"""What packages beside the core add to it, found by entry points of these groups.
+"""Extensions of the core by other packages, found by entry points of these groups.
 
 fretwear.doors
     Functions that are names of the package, such as ``fretwear.fit``.

@@ -1,13 +1,13 @@
-"""Fields of parts as annotations: how each is read, printed, stored and labelled.
+"""Annotated fields of parts: each annotation tells how a field is read, printed and stored.
 
-A part of a case is a frozen pydantic dataclass that is parameter object and physics at once.  Each
-of its fields is annotated by a `Parameter`, and only there::
+A part of a case is a frozen pydantic dataclass: parameter object and physics at once. Each of its
+fields is annotated by a `Parameter`, and only there::
 
     radius: Annotated[float, Quantity("m", "$R$", "sphere radius", "mm", gt=0.0), "Its radius."]
 
 pydantic validates the fields. Its context is the folder of a study file, in which numbers need
-units, or None elsewhere, where they are in SI units.  JSON Schema, case ids, coordinates of
-datasets and labels follow by walking the fields.
+units, or None elsewhere, where they are in SI units. JSON Schema, case ids, coordinates of datasets
+and labels follow from the fields.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ from fretwear.units import (
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 Schema = dict[str, Any]  # a JSON Schema
 Coordinates = Iterator[tuple[str, Any]]  # names and SI values
-Endings = tuple[tuple[str, str], ...]  # endings of names of coordinates, and of their words
+Endings = tuple[tuple[str, str], ...]  # suffixes of names of coordinates, and of their words
 
 MATERIALS: Endings = (("1", "of body I"), ("2", "of body II"))
 AXES: Endings = (("x", "along x"), ("y", "along y"))
@@ -74,7 +74,7 @@ LONGEST = 10.0
 """Longest length, m, that a parameter may have; a path of sliding may be longer."""
 # No physical value lies beyond these; powers and quotients of values within them stay finite.
 _SMALLEST, _LARGEST = 1e-30, 1e30
-# A bound of a quantity: its words, what it asks for, its keyword in a JSON Schema.
+# A bound of a quantity: its words, its test, its keyword in a JSON Schema.
 _BOUNDS: dict[str, tuple[str, Callable[[float, float], bool], str]] = {
     "gt": ("larger than", operator.gt, "exclusiveMinimum"),
     "ge": ("at least", operator.ge, "minimum"),
@@ -85,7 +85,7 @@ _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
 
 
-# The context of a part whose values have been read already, and which may break a rule.
+# Context of a part with values already read, which may break a rule.
 _AS_READ = object()
 
 
@@ -95,7 +95,7 @@ def _remembered(function: _Function) -> _Function:
 
 
 class Parameter:
-    """What a field of a part is: its words, symbol and unit."""
+    """The description of a field of a part: words, symbol and unit."""
 
     si_unit: str = "1"  # in UDUNITS notation, ``1`` for plain numbers
     symbol: str = ""  # in mathtext
@@ -104,8 +104,8 @@ class Parameter:
     description: str = ""  # a sentence for the JSON Schema and the documentation
     unit: Unit = NO_UNIT  # unit for people
     can_be_sampled: bool = False  # whether values may be drawn from a range
-    absent: float | None = None  # the coordinate of a case without this part
-    omitted_value: float | None = None  # the value that coordinates leave out
+    absent: float | None = None  # value of the coordinate in a case without this part
+    omitted_value: float | None = None  # value that is left out of the coordinates
 
     @property
     def example(self) -> str:
@@ -206,7 +206,7 @@ class Quantity(Readable):
     le: float | None = None
     infinite: str = ""  # the word for an infinite value, which study files call ``none``
     zero: str = ""  # the word for zero
-    absent: float | None = None  # coordinate of a case without its part
+    absent: float | None = None  # value of the coordinate in a case without its part
     omitted_value: float | None = None  # left out of coordinates
     places: Endings = ()
     record: type[tuple[Any, ...]] = tuple  # the type of a list of values
@@ -265,7 +265,7 @@ class Quantity(Readable):
 
     @cached_property
     def _item(self) -> Quantity:
-        """One of several values; one of two bodies may not wear at all."""
+        """One of several values; one of two bodies may have no wear at all."""
         changes: dict[str, Any] = {"gt": None, "ge": 0.0} if self.places is BODIES else {}
         forms = tuple(form for form in self.forms if getattr(form, "may_be_of_one_body", False))
         return dataclasses.replace(self, places=(), record=tuple, forms=forms, **changes)
@@ -302,13 +302,13 @@ class Quantity(Readable):
 
     def _parsed(self, value: object, units_required: bool) -> float:
         if type(value) in (int, float) and value == 0 and 0.0 in (self.gt, self.ge):
-            return 0.0  # nothing is nothing in any unit
+            return 0.0  # zero needs no unit
         if isinstance(value, FloatWithUnit):
             return value
         per_length = self.in_frame(LINE_CONTACT)
         if per_length is self or not isinstance(value, str):
             return parse_quantity(value, self.dimension, units_required=units_required)
-        # A force tells by its unit which contact it loads, or by none.
+        # The unit of a force tells its kind of contact; other units do not.
         with suppress(QuantityError):
             return FloatWithUnit(parse_quantity(value, per_length.dimension), per_length.si_unit)
         number = parse_quantity(value, self.dimension, units_required=units_required)
@@ -410,13 +410,13 @@ AUTO = BeforeValidator(lambda value: None if value == "auto" else value)
 
 
 def auto_or(schema: Schema) -> WithJsonSchema:
-    """Describe a value that may be ``auto``, as by default."""
+    """Describe a value that may be ``auto``, its default."""
     return WithJsonSchema({"anyOf": [{"const": "auto"}, schema]})
 
 
 @dataclass(frozen=True)
 class MappingOf:
-    """Annotates a mapping that may have these keys and no others: their types by name."""
+    """Annotates a mapping with these keys and no others: their types by name."""
 
     types: Mapping[str, Any]
 
@@ -459,13 +459,13 @@ class PartOf(Parameter):
         if bare := [name for name, kind in kinds.items() if not required(kind)]:
             choices.append({"enum": bare})
         for kind in kinds.values():
-            # Fields may be missing that are varied.
+            # Varied fields may be missing.
             whole = inlined(adapter(kind).json_schema())
             choices.append({key: item for key, item in whole.items() if key != "required"})
         return {"anyOf": choices, **self.described}
 
     def named(self, parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
-        """Parameters of a kind by name; their words mention a second part of the family."""
+        """Parameters of a kind by name; for the second part of a family, words and names say so."""
         if not self.is_second:
             return dict(parameters)
         words = f"of the {self.words}"
@@ -502,7 +502,7 @@ class PartOf(Parameter):
 
 
 class Inline(PartOf):
-    """A part whose fields are keys of the case; the keys given decide its kind."""
+    """A part whose fields are keys of the case; the given keys decide its kind."""
 
     @property
     def keys(self) -> dict[str, Parameter]:
@@ -603,7 +603,7 @@ class Part:
     @classmethod
     def unchecked(cls, **values: object) -> Self:
         """Make a part of values already read; a broken rule shows in `mistake`."""
-        # Values that another part has derived from its fields do not count.
+        # Values derived from the fields by another part do not count.
         fields = {name: value for name, value in values.items() if name in field_names(cls)}
         part: Self = adapter(cls).validate_python(fields, context=_AS_READ)
         return part
@@ -630,7 +630,7 @@ class Part:
         return None
 
     def at(self, cycle: float) -> Self:
-        """The part at a cycle; the same object if nothing about it changes."""
+        """The part at a cycle; the same object if it does not change."""
         return self
 
     @property
@@ -697,7 +697,7 @@ def pair(value: Any) -> tuple[Any, Any]:
 
 
 def json_text(value: object) -> str:
-    """Return a value as JSON with sorted keys, in which twelve digits of a number count.
+    """Return a value as JSON with sorted keys and numbers to twelve digits.
 
     >>> json_text({"cell": [2 / 3]})
     '{"cell":[0.666666666667]}'
@@ -713,7 +713,7 @@ def json_text(value: object) -> str:
 
 
 def inlined(schema: Schema) -> Schema:
-    """A JSON Schema with its definitions put in place."""
+    """A JSON Schema with its definitions inserted."""
     definitions = schema.get("$defs", {})
 
     def put(value: Any) -> Any:
@@ -733,7 +733,7 @@ def inlined(schema: Schema) -> Schema:
 
 @_remembered
 def adapter(kind: Any) -> TypeAdapter[Any]:
-    """What reads values of a type."""
+    """The pydantic form that reads values of a type."""
     return TypeAdapter(kind)
 
 

@@ -1,4 +1,4 @@
-"""Physical values as people write and read them, and SI floats, as the computation needs them.
+"""Physical values as text for people, and as SI floats for computation.
 
 Text becomes a number in decimal arithmetic and is rounded to a float once, so that the same value
 in two spellings (``50 N``, ``0.05 kN``) gives the same float. pint reads the units by a small
@@ -42,7 +42,7 @@ ksi = 1000 * psi, kilogram_force = {_GRAVITY} * newton = kgf
 NUMBER_PATTERN = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
 _QUANTITY = re.compile(rf"\s*(?P<number>[+-]?{NUMBER_PATTERN})(?P<unit>[^,]*)", re.ASCII)
 _UNIT = re.compile(r"[^\W\d_][\w\s*/^().·⋅%°⁻-]*|(?:°|1?\s*/)[\w\s*/^().·⋅⁻-]*")
-# As tribologists type it: mm3/Nm, mm3 N-1 m-1.
+# Units as tribologists type them: mm3/Nm, mm3 N-1 m-1.
 _POWER = re.compile(r"([A-Za-zµμ])(-[1-3]|[23])(?!\d)")
 _STACKED_POWER = re.compile(r"[0-9]{2}|(?:\^|\*\*)\s*-?\w+\s*(?:\^|\*\*)")
 
@@ -77,7 +77,7 @@ class Unit:
 
 
 class FloatWithUnit(float):
-    """A value given with its unit, where a quantity may be of two kinds."""
+    """A value that keeps its unit, if a quantity may be of two kinds."""
 
     __slots__ = ("si_unit",)
     si_unit: str
@@ -91,7 +91,7 @@ class FloatWithUnit(float):
 
 @dataclass(frozen=True)
 class ContactFrame:
-    """What a point contact and a line contact differ in: axes, words and units."""
+    """Differences between a point and a line contact: axes, words and units."""
 
     name: str
     axes: tuple[str, ...]  # along which the fields of a contact vary
@@ -106,11 +106,11 @@ class ContactFrame:
         return "cycle", *self.axes
 
     def unit(self, si_unit: str) -> str:
-        """Return the SI unit of what a point contact has in one."""
+        """Return the SI unit here of a quantity that has this one in a point contact."""
         return self.units.get(si_unit, si_unit)
 
     def words(self, words: str, si_unit: str) -> str:
-        """Return the words for what a point contact has in an SI unit."""
+        """Return the words for a quantity that has this SI unit in a point contact."""
         return f"{words} per length" if si_unit in self.units else words
 
 
@@ -205,7 +205,7 @@ BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER
 @cache
 def _registry() -> Any:
     """Return pint's reader of units."""
-    import pint  # takes a fifth of a second, which not every command is worth
+    import pint  # takes a fifth of a second, too much for some commands
 
     registry: pint.UnitRegistry[Any] = pint.UnitRegistry(
         None, cache_folder=None, non_int_type=Decimal
@@ -227,7 +227,7 @@ def _unit(text: str) -> tuple[Decimal, object]:
     try:
         units = registry.parse_units(_expression(_POWER.sub(r"\1^\2", text)))
         in_si = registry.Quantity(Decimal(1), units).to_root_units()
-    except Exception as error:  # pint lets tokenizer, arithmetic and attribute errors through
+    except Exception as error:  # pint passes on errors of tokenizer, arithmetic and attributes
         raise QuantityError(f"has an unknown unit {text!r}") from error
     return Decimal(in_si.magnitude), units.dimensionality
 
@@ -252,7 +252,7 @@ def did_you_mean(name: object, valid: Iterable[str], cutoff: float = 0.6) -> str
 
 
 def in_unit(value: _Value, si_unit: str) -> _Value | FloatWithUnit:
-    """Return an SI value; a float with its unit, by which a quantity of two kinds is known."""
+    """Return an SI value, with its unit if a quantity may be of two kinds."""
     return FloatWithUnit(value, si_unit) if isinstance(value, float) else value
 
 
@@ -369,7 +369,7 @@ def power_of_ten(exponent: int) -> str:
 def with_error(value: float, error: float, digits: int = 5) -> str:
     """Return a number with its error, both rounded to the leading digit of the error.
 
-    The error is left out where it would hardly change the last digit shown. A NaN value is a dash.
+    An error that would hardly change the last digit is left out. A NaN value is a dash.
 
     >>> with_error(0.08471, 0.00034), with_error(1234.0, 170.0), with_error(2.5, 1e-9)
     ('0.0847 ± 0.0003', '1230 ± 170', '2.5')
@@ -383,7 +383,7 @@ def with_error(value: float, error: float, digits: int = 5) -> str:
     if not error > 0.0 or error < 0.5 * abs(value) * 10.0 ** (1 - digits):
         return number_text(value, digits)
     first = math.floor(math.log10(error))
-    # A leading 1 rounds too coarsely alone: 1.7 would become 2.
+    # One digit is too coarse for a leading 1: 1.7 would become 2.
     place = first - 1 if error < 2.0 * 10.0**first else first
     if not 1e-4 <= abs(value) < 1e6:
         return f"{number_text(value, digits)} ± {number_text(error, first - place + 1)}"

@@ -1,4 +1,4 @@
-"""What a variable of a dataset is: its name, unit, words and symbol, and how it is shown.
+"""Variables of datasets: name, unit, words and symbol, and how each is shown.
 
 A scalar of the contact is declared beside its formula, by `scalar`; other variables are rows of a
 table, which `variables` reads.
@@ -51,7 +51,7 @@ class Variable:
     si_unit: str  # as UDUNITS reads it, ``"1"`` for a pure number, empty for flags and text
     words: str  # its long name, and the label of an axis
     symbol: str = ""  # in mathtext, empty without an established one
-    comment: str = ""  # what a reader must know beyond the words
+    comment: str = ""  # remarks for readers
     unit: Unit | None = None  # unit for people; None: one that suits the size of the values
     dtype: str = "float64"  # type in memory and in the file
     cf_axis: str = ""  # CF axis (``"X"``, ``"Y"``, ``"Z"``), empty where there is none
@@ -59,10 +59,10 @@ class Variable:
     of_line: bool = False  # whether it is a headline of line contacts alone
     from_zero: bool = True  # whether a linear axis starts at zero
     may_be_logarithmic: bool = False  # on the axis of a wide range
-    # Whether the value is meaningful by itself. The peak pressure of an elastic contact, which a
-    # single cell at a singularity has, is not.
+    # Whether the value is meaningful by itself. The peak pressure of an elastic contact is not: a
+    # single cell at a singularity has it.
     is_headline: bool = True
-    # Whether it is NaN where undefined, such as the mean stick pressure where nothing sticks.
+    # Whether it may be NaN, such as the mean stick pressure where nothing sticks.
     may_lack: bool = False
     # Whether it may grow without bound as cells get narrower; its error is then infinite.
     may_diverge: bool = False
@@ -90,7 +90,7 @@ class Variable:
         return replace(apart, is_error=True)
 
     def allows(self, values: ArrayLike) -> bool:
-        """Whether values are finite, or NaN or infinite where that has a meaning."""
+        """Whether values are finite, or NaN or infinite if that has a meaning."""
         import numpy as np  # `fretwear --help` does without it
 
         values = np.asarray(values)

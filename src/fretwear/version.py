@@ -1,6 +1,6 @@
 """The version of the package, and digests of the code that its numbers depend on.
 
-The module imports nothing of the package, because every start of the workflow loads it.
+The module imports no other of the package, because every start of the workflow loads it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Sources that read, check or plan a case, or draw and report its numbers, do not 
 
 LIBRARIES = ("numpy", "scipy", "ducc0")
 
-# Every text of a source is found, so that a sign in one opens neither a comment nor another text.
+# Texts are matched too, so that a sign in one opens neither a comment nor another text.
 _TEXTS = re.compile(
     r'''(?P<alone>(?:(?<=:\n)[ ]+|^)r?"""[\s\S]*?"""[ ]*$)|"""[\s\S]*?"""|"(?:\\.|[^"\\\n])*"'''
     r"""|'(?:\\.|[^'\\\n])*'|(?P<comment>[ ]*\#.*)""",
@@ -42,9 +42,9 @@ _TEXTS = re.compile(
 def code_digest(*packages: str) -> str:
     """Return the digest of the code that computes a case, and of `packages` beside this one.
 
-    It covers statements, but neither comments nor docstrings, and the minor versions of numerical
-    libraries: what it leaves out does not change results. Every version of Python, a checkout and
-    a wheel give the same digest.
+    Hash of the statements (no comments, no docstrings) and of the libraries' minor versions:
+    omitted parts do not change results. Every version of Python, a checkout and a wheel give the
+    same digest.
     """
     here = Path(__file__).parent
     places = [here / name for name in SOURCES] + [here.parent / name for name in packages]

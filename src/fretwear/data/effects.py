@@ -62,7 +62,7 @@ COLUMNS = (
 )
 """Columns of the table of effects."""
 
-# Spread of the logarithms of factors that matters, and share of it that one parameter must explain.
+# Least spread of log factors that matters; share of it that one parameter must explain.
 _MATTERS, _EXPLAINED = math.log(1.05), 0.3
 _FOLDS, _DRAWS, _MOST_EMULATED = 8, 1024, 1000
 # Quantile of Student's t of 95 % for the groups, and the uncertainty that draws leave.

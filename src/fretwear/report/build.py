@@ -161,7 +161,7 @@ def build_report(
 
 
 def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
-    """Return what there is, in a few words each: cases, cycles, errors of the key results."""
+    """Return the contents in a few words each: cases, cycles, errors of the key results."""
     cases, done = plan.study.cases().values(), len(points.table)
     count = point_values(summary, STATUS.name).size
     finished = str(count) if done == count else f"{done} of {count}"
@@ -181,7 +181,7 @@ def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
 
 
 def _directions(plan: Plan) -> str:
-    """Return what the cases on rings leave out, with the number of their warnings; empty without.
+    """Return the neglected effects of cases on rings, with the number of their warnings, or "".
 
     The slip on rings is the mean over all directions.
     """

@@ -31,7 +31,7 @@ class Cell(NamedTuple):
     shade: int = 0  # strength of the colour, %
     grows: bool = True
     is_opposed: bool = False  # whether the direction depends on another parameter
-    is_clear: bool = False  # whether it does so on that one alone
+    is_clear: bool = False  # whether on that parameter alone
 
 
 class MatrixRow(NamedTuple):

@@ -1,4 +1,4 @@
-"""What a report draws with plotly: the curves of the cells of its matrix, and its explorer."""
+"""Drawings of a report by plotly: the curves of the cells of its matrix, and its explorer."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ _FALLING, _OF_TIME = ("dissipated_energy", "sliding"), 0.9
 
 # Results to which a requested accuracy applies, if a case has them.
 ASKED = (*(n for n in HEADLINES if not RESULTS[n].may_lack),)
-# Fraction of the largest energy to which the error of the energy is relative, if it wears in.
+# The error of an energy that falls by wear is relative to this fraction of its largest value.
 _OF_LARGEST = "dissipated_energy"
 USUAL_BUDGET = 10.0  # work of all runs over the work on default cells
 # Share of the accuracy that the next run aims at.

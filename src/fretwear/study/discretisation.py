@@ -73,8 +73,8 @@ _OF_CLOSING = 30.0
 _OF_SLIP_MODEL = 0.125
 # Stick zone and slip annulus over the contact radius, up to which a grid does not resolve them.
 _NARROW = 0.05
-# Wear β N p_lim from which a grid takes many steps, while slip averaged over directions reduces the
-# deepest wear by 1 to 4 %.
+# From this wear β N p_lim on, a grid takes many steps, while slip averaged over directions reduces
+# the deepest wear by only 1 to 4 %.
 _LONG = 40.0
 # Wear β N p at which the elastic pressure p at the stick edge becomes singular.
 _TO_SINGULAR = 2.5
