@@ -95,7 +95,7 @@ class StudySection:
         return base
 
     def check(self, cases: Sequence[Case | None], mistakes: Mistakes) -> None:
-        """Add the mistakes of the section with the cases of the points of the study."""
+        """Check the section against the cases of all points, and add its mistakes."""
 
     def seconds(self, case: Case, cells: float) -> float:
         """Processor time, s, that the section adds to a case with so many cells."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from fretwear.theory.point_contact import FloatArray, HertzContact, find_root, require_positive
 
 _PUNCHES = 200
-# Logarithm of the lightest load considered for an approach, over E* times the reference distance.
+# Logarithm of the smallest load of a given approach, over E* times the reference distance.
 _LIGHTEST = -70.0
 
 
@@ -37,7 +37,7 @@ class LineContact(HertzContact):
         return self.with_load(most * math.exp(find_root(missing, _LIGHTEST, 0.0)))
 
     def scar_half_width(self, volume: float, radius: float) -> float:
-        """Half-width, m, once a volume per length, m², has worn off a body of a radius, m.
+        """Half-width, m, of a body of a radius, m, that has lost a volume per length, m².
 
         A segment of half-width b and depth b²/2R has the area 2b³/3R.
         """
@@ -50,7 +50,7 @@ class LineContact(HertzContact):
 
     @property
     def reference(self) -> float:
-        """Distance R, m, from the centre line of the surface point that the approach refers to.
+        """Distance R, m, from the centre line to the surface point that defines the approach.
 
         The surface of a loaded half-plane sinks without bound towards its middle, or rises without
         bound away from it.

@@ -32,7 +32,7 @@ def gross_slip_energy(
 
 
 def share_of_band(band: float, cell: float) -> float:
-    """Share of the effect of a yielding band that cells of a given width (both m) resolve, 0 to 1.
+    """Share of the effect of a yielding band that cells of a width resolve, both m; 0 to 1.
 
     The pressure at the stick edge of a `LimitingState` falls with the root of the distance, so its
     mean over a cell is twice its value at the far side of the cell. This mean exceeds a limit only

@@ -89,7 +89,7 @@ class HertzContact:
 
     def __post_init__(self) -> None:
         radius, load, modulus = self.radius, self.load, self.composite_modulus
-        # Plans make hundreds of thousands of contacts.
+        # Plans create hundreds of thousands of contacts.
         if not (0.0 < radius < math.inf and 0.0 < load < math.inf and 0.0 < modulus < math.inf):
             require_positive(radius=radius, load=load, composite_modulus=modulus)
 
@@ -118,7 +118,7 @@ class HertzContact:
         return replace(self, load=load)
 
     def scar_half_width(self, volume: float, radius: float) -> float:
-        """Half-width, m, once a volume, m³, has worn off a body of a radius of curvature, m.
+        """Half-width, m, of a body of a radius of curvature, m, that has lost a volume, m³.
 
         A cap of half-width b and depth b²/2R has the volume πb⁴/4R.
         """

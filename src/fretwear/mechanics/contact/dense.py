@@ -344,7 +344,7 @@ class DenseHalfSpace(HalfSpace):
         return scaled(self.displacement(pressure))
 
     def alike(self, mean: float) -> HalfSpace:
-        """The bodies under tractions in the mean over all directions, over ``mean`` κ."""
+        """The bodies under tractions, averaged over all directions; displacements over ``mean``."""
         if self._film is None:
             return self
         return _under_tractions(self.geometry, self._modulus, self._film.alike(mean))

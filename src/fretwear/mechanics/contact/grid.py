@@ -406,7 +406,7 @@ class GridHalfSpace(ConvolvedBodies):
         return self._on(self.geometry, weights, self.film and self.film.along_x(mean))
 
     def alike(self, mean: float) -> GridHalfSpace:
-        """The bodies under tractions in the mean over all directions, over ``mean`` κ."""
+        """The bodies under tractions, averaged over all directions; displacements over ``mean``."""
         return self._on(self.geometry, self._weights, self.film and self.film.alike(mean))
 
     def _on(self, grid: Grid, weights: tuple[float, float], film: Film | None) -> GridHalfSpace:

@@ -118,7 +118,7 @@ def solve_by_active_sets(
 
 
 def _first_start(bodies: ConvolvedBodies, problem: ContactProblem) -> tuple[Array, int]:
-    """A pressure to start from, Pa, and the convolutions spent on it: from wider cells, if any."""
+    """A first pressure, Pa, and the convolutions spent on it; from wider cells if there are any."""
     limit = problem.limit
     if problem.layer is None and (coarser := bodies.coarser) is not None:
         if isinstance(limit, np.ndarray):

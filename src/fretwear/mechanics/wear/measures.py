@@ -158,9 +158,7 @@ class Measures:
 
     @scalar("1", "sliding ratio", symbol="$A$", unit="1", may_lack=True)
     def sliding_ratio(self) -> float:
-        """Dissipated energy over 4 U Q, U the displacement amplitude, of the rig if there is
-        one.
-        """
+        """Dissipated energy over 4 U Q; U is the displacement amplitude (of the rig, if any)."""
         force = self.tangential_force
         work = 4.0 * (self.tangential_displacement + self.problem.flexibility * force) * force
         return self.dissipated_energy / work if work else nan
@@ -169,9 +167,7 @@ class Measures:
         "1", "energy sliding criterion", symbol="$B$", unit="1", is_at_snapshots=True, may_lack=True
     )
     def sliding_criterion(self) -> float:
-        """Dissipated energy over 4 U0 Q, U0 the displacement at which the force of the loop
-        vanishes; at the snapshots only.
-        """
+        """Dissipated energy over 4 U0 Q, U0 half the loop's width at Q = 0; only at snapshots."""
         # One contact between its ends tells where the force vanishes.
         opening = loop(self.workspace, self.state, contacts=1).opening
         work = 4.0 * opening * self.tangential_force
@@ -179,9 +175,7 @@ class Measures:
 
     @scalar("m", "contact outline radius", symbol=r"$a_\mathrm{c}$", unit="µm", **_OUTLINE)
     def contact_radius(self) -> float:
-        """Of a disc as large as the apparent contact: all within the convex outline of the real
-        one.
-        """
+        """Of a disc with the area inside the convex outline of the contact."""
         return _radius(
             self.state.geometry,
             self._regions[0].cells,
@@ -191,7 +185,7 @@ class Measures:
 
     @scalar("m", "stick outline radius", symbol="$c$", unit="µm", **_OUTLINE)
     def stick_radius(self) -> float:
-        """Of a disc as large as all within the convex outline of the stick zone."""
+        """Of a disc with the area inside the convex outline of the stick zone."""
         return _radius(
             self.state.geometry, self.state.reduced.stick, self.stick_area, self.stick_half_width_x
         )
@@ -228,26 +222,24 @@ class Measures:
 
     @scalar("m2", "contact area", symbol=r"$A_\mathrm{c}$")
     def contact_area(self) -> float:
-        """To the edge within a cell: the sum of contact_fraction, not of cells by contact_state."""
+        """With edges located within cells: the sum of contact_fraction, not of contact_state."""
         return self._zones[0].area
 
     @scalar("m2", "stick area", symbol=r"$A_\mathrm{stick}$")
     def stick_area(self) -> float:
-        """To the edge within a cell: the sum of stick_fraction, not of cells by contact_state."""
+        """With edges located within cells: the sum of stick_fraction, not of contact_state."""
         return self._zones[1].area
 
     @scalar(
         "Pa", "mean stick pressure", symbol=r"$\bar{p}_\mathrm{stick}$", unit="MPa", may_lack=True
     )
     def mean_stick_pressure(self) -> float:
-        """Load in the stick zone over its area, both to the edge within a cell; NaN where nothing
-        sticks.
-        """
+        """Load over area, with edges located within cells; NaN where nothing sticks."""
         return self._stick_load / self.stick_area if self.stick_area else nan
 
     @scalar("1", "stick share of the load", symbol=r"$P_\mathrm{stick}/P$", unit="%", may_lack=True)
     def stick_load_share(self) -> float:
-        """To the edge within a cell; NaN where nothing sticks."""
+        """With edges located within cells; NaN where nothing sticks."""
         carries = self.stick_area and self._carried
         return self._stick_load / self._carried if carries else nan
 
@@ -260,9 +252,7 @@ class Measures:
         may_diverge=True,
     )
     def peak_pressure(self) -> float:
-        """Of a single cell; wear of elastic bodies makes it singular at the edge of a stick zone,
-        and its error infinite.
-        """
+        """Of a single cell; with an infinite error if wear makes it singular at the stick edge."""
         pressure = self.state.pressure
         if self.problem.slip_model.follows_shape and not self.state.plastic.any():
             # The peak at the stick edge grows as rings get narrower, up to the plastic limit where
