@@ -25,6 +25,7 @@ from fretwear.units import (
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
     from numpy.typing import ArrayLike
 
 
@@ -104,6 +105,10 @@ class Variable:
     def in_units(self, si_unit: str) -> Variable:
         """Return the variable in the frame in which it has the given unit."""
         return self if si_unit == self.si_unit else self.in_frame(LINE_CONTACT)
+
+    def in_dataset(self, dataset: xr.Dataset) -> Variable:
+        """Return the variable in the frame in which a dataset has it."""
+        return self.in_units(dataset.variables[self.name].attrs.get("units", self.si_unit))
 
     def in_frame(self, frame: ContactFrame) -> Variable:
         """Return the variable as a line contact has it, where integrals are per length."""

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
+from fretwear.data.effects import levels_of
 from fretwear.data.groups import open_group
 from fretwear.figures.axes import add_scale, make_panels
 from fretwear.figures.history import representative_cases, scalar_history
@@ -18,7 +19,7 @@ from fretwear.figures.study import StudyFigure
 from fretwear.figures.style import CATEGORICAL, MUTED, Columns, depth_colormap, one_panel, styled
 from fretwear.results import PointStatus
 from fretwear.study.parameters import parameter, value_text
-from fretwear.units import MEGAPASCAL, MICROMETRE, cycle_text
+from fretwear.units import MEGAPASCAL, MICROMETRE, NO_UNIT, axis_label, cycle_text
 from fretwear_cracks.variables import CRACKS, FATIGUE, FATIGUE_OUTCOMES
 
 _SHOWN = {about.name: about for about in FATIGUE}
@@ -88,12 +89,9 @@ def fatigue_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
         if not name:
             axis.set_ticks([])
             continue
-        texts, label = [str(value) for value in summary[name].values], name
-        if summary[name].dtype.kind == "f":
-            texts = [value_text(name, value) for value in summary[name].values]
-            label = parameter(name).words
-        axis.set_ticks(range(len(texts)), texts)
-        axis.set_label_text(label[:1].upper() + label[1:])
+        levels = levels_of(summary, name)
+        axis.set_ticks(range(len(levels)), [value_text(name, level) for level in levels])
+        axis.set_label_text(axis_label(parameter(name).words, NO_UNIT))
     for (row, column), first in np.ndenumerate(crack):
         if np.isfinite(first) and outcome[row, column] == FATIGUE_OUTCOMES.index("crack wins"):
             axes.text(

@@ -65,24 +65,14 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
     """The surface of a snapshot, and slip, on the cells of the positive sides where it is even."""
     blocks = [(end, block) for end, block in case.in_blocks() if block is not None]
     setup = block_at(blocks, cycle).at(cycle)
-    if setup.loading.stroke:
-        raise StressError(
-            "a contact that slides over a stroke moves over the flat: its stresses are not computed"
-        )
-    if setup.coating is not None:
-        raise StressError(
-            "the flat has a coating: stresses in a layer and its substrate are not computed"
-        )
-    if not setup.slip_model.follows_shape:
-        raise StressError(
-            "slip_model cattaneo_mindlin has the slip of the unworn contact: its tractions between "
-            "+Q and −Q are not known"
-        )
-    if setup.normal.pulsating_load < 1.0:
-        raise StressError(
-            "a load that changes within a cycle leaves tractions that depend on how the cycles "
-            "began: its stresses are not known"
-        )
+    refused = {
+        "a contact that slides over a stroke moves over the flat": setup.loading.stroke,
+        "the flat has a coating, a layer on a substrate": setup.coating is not None,
+        "cattaneo_mindlin has the slip of the unworn contact": not setup.slip_model.follows_shape,
+        "tractions of a pulsating load depend on how it began": setup.normal.pulsating_load < 1.0,
+    }
+    for reason in (reason for reason, holds in refused.items() if holds):
+        raise StressError(f"{reason}: its stresses are not computed")
     across = [name for name in ("shear_traction_y",) if name in snapshot]
     friction = [name for name in (FRICTION_FIELD.name,) if name in snapshot]
     names = (*_FIELDS, *across, *friction)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from fretwear.figures.axes import outside_key
+from fretwear.figures.axes import add_key
 from fretwear.figures.profiles import cycle_colours
 from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, styled
 from fretwear.units import cycle_text, readable_unit
@@ -80,6 +80,6 @@ def recording_figure(loops: Loops) -> JournalFigure:
         names.append(f"cycle {cycle_text(numbers[n])}")
     upper.set(xlabel="Reading", ylabel=f"Displacement ({length.name})")
     lower.set(xlabel=f"Displacement ({length.name})", ylabel=f"Force ({force.name})")
-    outside_key(figure, keys, names)
+    add_key(figure, keys, names)
     caption(figure, "Displacement over the readings, and force against displacement in cycles.")
     return figure

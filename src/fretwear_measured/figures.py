@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch
 
-from fretwear.figures.axes import add_scale, outside_key
+from fretwear.figures.axes import add_key, add_scale
 from fretwear.figures.style import CATEGORICAL, MUTED, one_panel, styled
 from fretwear.study.reading import load_study
 from fretwear.units import MICROMETRE, readable_unit
@@ -69,5 +69,5 @@ def measured_map(roughness: MeasuredRoughness, contact_radius: float) -> Figure:
         names.append(f"not measured: {missing} of {surface.measured.size} points")
     axes.set(xlabel="x (µm), direction of slip", ylabel="y (µm)")
     add_scale(figure, [axes], image, f"Height ({unit.name})")
-    outside_key(figure, keys, names)
+    add_key(figure, keys, names)
     return figure

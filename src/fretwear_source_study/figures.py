@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.figures.axes import outside_key, set_cycle_axis
+from fretwear.figures.axes import add_key, set_cycle_axis
 from fretwear.figures.datasets import Profiles, field_of, profiles_of
 from fretwear.figures.page import HALF_WIDTH_LABEL
 from fretwear.figures.profiles import (
@@ -103,7 +103,7 @@ def _profiles(cases: Cases, *, field: Variable, titles: Sequence[str]) -> Drawn:
     figure = JournalFigure(2 if across > 1 else 1, _KEY_HEIGHT + _PROFILE_HEIGHT * down)
     panels = figure.subplots(down, across, squeeze=False)
     colors = cycle_colours(cycles)
-    wavelength = 2.0 * np.pi / cases[titles[0]].wavenumbers[0] if is_rough else 0.0
+    wavelength = 2.0 * np.pi / cases[titles[0]].roughness.wavenumbers[0] if is_rough else 0.0
     for index, (title, profile, top) in enumerate(zip(titles, profiles, tops, strict=True)):
         frame = frame_of([profile])
         frame = replace(frame, right=min(frame.right, float(profile.x[-1])), top=top)
@@ -193,7 +193,7 @@ def _plastic_pressures(cases: Cases) -> Drawn:
         replace(frame, top=highest).apply(axes, _PRESSURE)
         axes.set_title(title)
     panels[1].set_ylabel("")
-    outside_key(figure, [Line2D([], [], **style) for style in styles], labels)
+    add_key(figure, [Line2D([], [], **style) for style in styles], labels)
     return figure, [
         f"Pressure of the contacts with a plastic limit along x {_AT_Y}, smooth and rough after "
         f"{run_in} cycles and smooth after {smooth.last}; right: the same, enlarged.",
@@ -219,7 +219,7 @@ def _widths(cases: Cases, *, zoom: bool) -> Drawn:
             axes.plot(cycles[title], values, lw=width, **_style(title))
     axes.grid(axis="y")
     axes.set_ylabel(HALF_WIDTH_LABEL)
-    outside_key(figure, [Line2D([], [], **_style(title)) for title in cases], list(cases))
+    add_key(figure, [Line2D([], [], **_style(title)) for title in cases], list(cases))
     if zoom:
         elastic = np.concatenate([contact[title] for title in (_SMOOTH[0], _ROUGH[0])])
         room = _MARGIN * float(np.ptp(elastic))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from fretwear.arrays import Array, Mask
 from fretwear.data.effects import point_values
@@ -34,7 +35,7 @@ RUN_IN = 7000
 
 _RADIUS = 0.01
 _FEWEST_CELLS = 12  # in contact on an asperity
-_MOST_NEWTONS, _BISECTIONS = 10.0, 50  # a load above any that a tip carries
+_MOST_NEWTONS = 10.0  # a load above any that a tip carries
 _MODELS = ("cerruti", "jaeger", "cattaneo_mindlin")  # the best first
 
 
@@ -98,11 +99,6 @@ class StudyCase:
         """The waves of the case, without amplitude if it is smooth."""
         return WavyRoughness(*[self.parameter(name) for name in ROUGH])  # type: ignore[arg-type]
 
-    @property
-    def wavenumbers(self) -> tuple[float, float]:
-        """Wavenumbers of the waves along x and y, rad/m."""
-        return self.roughness.wavenumbers
-
     @cached_property
     def waves(self) -> Array:
         """The waves of a rough case without their amplitude: -1 on a tip, 1 in a valley."""
@@ -124,7 +120,7 @@ class StudyCase:
         ring that has cells.
         """
         width = 2.0 * max(self.sides)
-        if wavenumber := max(self.wavenumbers):
+        if wavenumber := max(self.roughness.wavenumbers):
             width = max(width, np.pi / wavenumber)
         number = (self.radius[within] / width).astype(np.int64)
         cells = np.bincount(number).astype(np.float64)
@@ -284,7 +280,8 @@ def asperities(case: StudyCase) -> Iterator[tuple[Selection, Array]]:
     pressure, whole = case.field("pressure", 0), 1.0 / case.parameter("radius")
     half_axes, _ = tip_contact(case)
     lines, numbers = [], []
-    for places, wavenumber, half_axis in zip(case.places, case.wavenumbers, half_axes, strict=True):
+    waves = zip(case.places, case.roughness.wavenumbers, half_axes, strict=True)
+    for places, wavenumber, half_axis in waves:
         number = np.rint(places * wavenumber / np.pi).astype(np.int64)
         # The slope of the sphere shifts a tip.
         shift = whole / (case.roughness.amplitude * wavenumber**2 + whole)
@@ -303,7 +300,7 @@ def tip_contact(case: StudyCase) -> tuple[tuple[float, float], float]:
     The curvature of a tip is the sum of the curvatures of wave and sphere.
     """
     amplitude, whole = case.roughness.amplitude, 1.0 / case.parameter("radius")
-    x, y = (1.0 / (amplitude * wavenumber**2 + whole) for wavenumber in case.wavenumbers)
+    x, y = (1.0 / (amplitude * wavenumber**2 + whole) for wavenumber in case.roughness.wavenumbers)
     bodies = ElasticBodies(
         youngs_modulus=case.parameter("youngs_modulus"),
         poisson_ratio=case.parameter("poisson_ratio"),
@@ -322,17 +319,17 @@ def deviation_from_hertz(case: StudyCase) -> float:
     pressure, limit = case.field("pressure", 0), case.parameter("plastic_limit")
     _, peak = tip_contact(case)
     deviations, loads = [], []
-    for cells, distance in asperities(case):
-        here, low, high = pressure[cells], 0.0, _MOST_NEWTONS
-        load, smooth = here.sum(), here
+
+    def apart(size: float, here: Array, distance: Array) -> Array:
         # Half-axes and peak pressure grow alike, so one number sets the contact under any load.
-        for _ in range(_BISECTIONS):
-            size = 0.5 * (low + high)
-            smooth = peak * np.sqrt(np.maximum(size**2 - distance**2, 0.0))
-            smooth = np.minimum(smooth, limit)
-            low, high = (size, high) if smooth.sum() < load else (low, size)
-        deviations.append(math.sqrt(((here - smooth) ** 2).sum() / (here**2).sum()))
-        loads.append(load)
+        smooth = peak * np.sqrt(np.maximum(size**2 - distance**2, 0.0))
+        return here - np.minimum(smooth, limit)
+
+    for cells, distance in asperities(case):
+        tip = here, _ = pressure[cells], distance
+        size = brentq(lambda *of: apart(*of).sum(), 0.0, _MOST_NEWTONS, tip)
+        deviations.append(math.sqrt((apart(size, *tip) ** 2).sum() / (here**2).sum()))
+        loads.append(here.sum())
     return float(np.average(deviations, weights=loads)) if loads else math.nan
 
 

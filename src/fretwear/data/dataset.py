@@ -196,11 +196,10 @@ def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
     for name in (*headlines([str(name) for name in first if name in second]), *others, *forces):
         variable = RESULTS[name]
         if all(variable.name in state for state in states):
-            units = states[0][variable.name].attrs.get("units", variable.si_unit)
             a, b = (float(state[variable.name]) for state in states)
             error = variable.error.name
             apart = [float(state[error]) if error in state else 0.0 for state in states]
-            results.append(Compared(variable.in_units(units), a, b, (apart[0], apart[1])))
+            results.append(Compared(variable.in_dataset(first), a, b, (apart[0], apart[1])))
     return results
 
 

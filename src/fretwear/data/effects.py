@@ -166,7 +166,7 @@ def key_results(summary: xr.Dataset) -> pd.DataFrame:
         if not np.isfinite(final[name]).any():
             continue
         values, error = final[name].ravel(), final.get(f"{name}_error", np.zeros(1)).ravel()
-        result = RESULTS[name].in_units(summary[name].attrs.get("units", RESULTS[name].si_unit))
+        result = RESULTS[name].in_dataset(summary)
         unit = plain_unit(result, values[np.isfinite(values)])
         frame[axis_label(result.words, unit)] = [
             "–" if math.isnan(v) else with_error(v, e) if e > 0.0 else number_text(v, 4)
@@ -214,11 +214,7 @@ class Points:
             table[name] = results[name].mask((results[name] != 0.0) & (error >= abs(results[name])))
         if "central_pressure" in table:
             table["central_pressure"] = table["central_pressure"].replace(0.0, np.nan)
-        variables = {
-            name: result.in_units(summary.variables[name].attrs.get("units", result.si_unit))
-            for name in results
-            if (result := RESULTS.get(name))
-        }
+        variables = {name: RESULTS[name].in_dataset(summary) for name in results if name in RESULTS}
         return cls(table, levels, variables, drawn)
 
     @cached_property

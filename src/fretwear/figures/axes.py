@@ -16,7 +16,6 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
-from matplotlib.legend import Legend
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
@@ -157,19 +156,21 @@ def _in_lines(title: str, width: float) -> str:
     return ",\n".join(", ".join(line) for line in (parts[:middle], parts[middle:]))
 
 
-def outside_key(
-    figure: Figure,
+def add_key(
+    canvas: Figure | Axes,
     handles: Sequence[Artist],
     labels: Sequence[str],
     place: Place = "outside upper left",
-) -> Legend:
-    """Add a key above or below the axes, with as many columns as fit into the figure."""
+) -> None:
+    """Add a key into axes, or beside those of a figure, with as many columns as fit into it."""
+    if isinstance(canvas, Axes):
+        canvas.legend(handles, labels)
+        return
     letters = max(map(_letters, labels))
-    fitting = max(1, int(25.4 * figure.get_figwidth() / (_LETTER_WIDTH * letters + 9.0)))
+    fitting = max(1, int(25.4 * canvas.get_figwidth() / (_LETTER_WIDTH * letters + 9.0)))
     rows = -(-len(labels) // fitting)
-    key: Legend = figure.legend(handles, labels, loc=place, ncols=-(-len(labels) // rows))
+    key = canvas.legend(handles, labels, loc=place, ncols=-(-len(labels) // rows))
     key.set_alignment("left")
-    return key
 
 
 def add_scale(

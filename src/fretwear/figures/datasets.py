@@ -122,11 +122,6 @@ def field_of(quantity: Variable | str) -> Variable:
     return fields[quantity]
 
 
-def variable_of(dataset: xr.Dataset, name: str) -> Variable:
-    """Return the variable of a result, per length if the dataset has it so."""
-    return RESULTS[name].in_units(dataset[name].attrs.get("units", RESULTS[name].si_unit))
-
-
 def width_names(dataset: xr.Dataset) -> tuple[str, str]:
     """Return the names of the widths of contact and stick zone: radii where the dataset has them.
 

@@ -25,13 +25,13 @@ from fretwear.data.effects import (
 )
 from fretwear.figures.axes import (
     ValueAxis,
+    add_key,
     add_scale,
     make_panels,
-    outside_key,
     parameter_values,
     set_cycle_axis,
 )
-from fretwear.figures.datasets import history_of, require_variables, stepped, variable_of
+from fretwear.figures.datasets import history_of, require_variables, stepped
 from fretwear.figures.style import (
     CATEGORICAL,
     LINE_STYLES,
@@ -43,7 +43,7 @@ from fretwear.figures.style import (
     sequential_colours,
     styled,
 )
-from fretwear.results import POINT, PointStatus
+from fretwear.results import POINT, RESULTS, PointStatus
 from fretwear.study.parameters import symbol_text, words_text
 from fretwear.variable import Variable
 
@@ -158,7 +158,7 @@ def scalar_history(
     curves = study_curves(steps, name)
     if not curves:
         raise ValueError(f"No point has a value of {name}: there is nothing to draw.")
-    variable = quantity if isinstance(quantity, Variable) else variable_of(steps, quantity)
+    variable = quantity if isinstance(quantity, Variable) else RESULTS[quantity].in_dataset(steps)
     cases = f"{len(curves)} case{'s' if len(curves) > 1 else ''}"
     sentences = [f"{variable.label} against the number of cycles, {cases}."]
     if steps.sizes.get(SEED, 0) >= LEAST_SEEDS and SEED in curves[0].place:
@@ -215,10 +215,8 @@ def scalar_history(
         key[level_text(steps, {style: index})] = example
     if colours.bar is not None:
         add_scale(figure, panels, colours.bar, colours.label, aspect=40.0)
-    if key and ax is not None:
-        ax.legend(key.values(), key.keys())
-    elif key:
-        outside_key(figure, [*key.values()], [*key])
+    if key:
+        add_key(ax or figure, [*key.values()], [*key])
     for sentence in sentences:
         caption(figure, sentence)
     return figure

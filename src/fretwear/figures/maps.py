@@ -16,14 +16,13 @@ from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
 from fretwear.data.labels import mirrored
-from fretwear.figures.axes import add_scale, outside_key, parameter_values
+from fretwear.figures.axes import add_key, add_scale, parameter_values
 from fretwear.figures.datasets import (
     TitledCases,
     is_smooth,
     require_variables,
     snapshots,
     titled,
-    variable_of,
 )
 from fretwear.figures.profiles import case_panels
 from fretwear.figures.style import (
@@ -104,10 +103,7 @@ def wear_map(
         caption(figure, "Colours vary as the square root of the depth.")
     keys = [Line2D([], [], color=color) for color in _EDGES.values()]
     names = ["edge of contact", "edge of stick zone"]
-    if ax is None:
-        outside_key(figure, keys, names)
-    else:
-        ax.legend(keys, names, loc="upper right")
+    add_key(ax or figure, keys, names)
     return figure
 
 
@@ -191,7 +187,7 @@ def fretting_map(summary: xr.Dataset, *, ax: Axes | None = None) -> Figure:
             axes.scatter(x[here], y[here], widths[here] ** 2, color, marker=marker, linewidths=0.0)
             axes.plot([], [], marker, color=color, label=regime)
     axes.margins(0.15)
-    worn = variable_of(shown, "wear_volume")
+    worn = RESULTS["wear_volume"].in_dataset(shown)
     unit = readable_unit(volume, worn.si_unit)
     largest = with_unit(f"{unit.of(greatest):.3g}", unit)
     title = f"width of dots: cube root of {worn.words}, at most {largest}"

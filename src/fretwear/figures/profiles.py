@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from fretwear.arrays import Array
-from fretwear.figures.axes import Place, Shared, make_panels, outside_key
+from fretwear.figures.axes import Place, Shared, add_key, make_panels
 from fretwear.figures.datasets import (
     Cycles,
     Profiles,
@@ -108,11 +108,9 @@ def field_profiles(
         else:
             draw_profiles(panel, content, colors, frame)
     if is_filled:
-        zone_key(figure if ax is None else ax, contents)
-    elif ax is None:
-        cycle_key(figure, colors)
+        zone_key(ax or figure, contents)
     else:
-        ax.legend(title="Cycle")
+        cycle_key(ax or figure, colors)
     return figure
 
 
@@ -179,20 +177,19 @@ def cycle_colours(cycles: Sequence[float] | Array) -> dict[int, str]:
 
 def draw_profiles(
     axes: Axes, profiles: Profiles, colors: Mapping[int, str], frame: Frame | None = None
-) -> list[Line2D]:
-    """Draw profiles in colours by cycle with the last stick zone, and return their curves.
+) -> None:
+    """Draw profiles in colours by cycle with the last stick zone.
 
     Panels may share a `frame`; by default it fits these profiles.
     """
     frame = frame or frame_of([profiles])
-    x, curves = MICROMETRE.of(profiles.x), list[Line2D]()
+    x = MICROMETRE.of(profiles.x)
     shade_stick(axes, profiles)
     for cycle, values in zip(profiles.cycles, profiles.values, strict=True):
-        y, color = frame.unit.of(values), colors[int(cycle)]
-        curves += axes.plot(x, y, color=color, label=cycle_text(cycle))
+        color = colors[int(cycle)]
+        axes.plot(x, frame.unit.of(values), color=color, label=cycle_text(cycle))
     write_peak(axes, profiles, frame)
     frame.apply(axes, profiles.field)
-    return curves
 
 
 def draw_filled(axes: Axes, profiles: Profiles, frame: Frame | None = None) -> None:
@@ -225,10 +222,7 @@ def zone_key(
             handles.append(Line2D([], [], color=color, lw=_FIRST_WIDTH))
             texts = dict.fromkeys(map(cycle_text, (min(cycles), max(cycles))))
             labels.append(f"cycle {' to '.join(texts)}")
-    if isinstance(canvas, Axes):
-        canvas.legend(handles, labels)
-    else:
-        outside_key(canvas, handles, labels, place)
+    add_key(canvas, handles, labels, place)
 
 
 def write_peak(axes: Axes, profiles: Profiles, frame: Frame) -> None:
@@ -261,12 +255,12 @@ def shade_stick(axes: Axes, profiles: Profiles) -> None:
 
 
 def cycle_key(
-    figure: Figure, colors: Mapping[int, str], place: Place = "outside upper left"
+    canvas: Figure | Axes, colors: Mapping[int, str], place: Place = "outside upper left"
 ) -> None:
-    """Add the key of the colours of cycles, above the axes of a figure or elsewhere."""
+    """Add the key of the colours of cycles."""
     lines = [Line2D([], [], color=color) for color in colors.values()]
     first, *others = map(cycle_text, colors)
-    outside_key(figure, lines, [f"cycle {first}", *others], place)
+    add_key(canvas, lines, [f"cycle {first}", *others], place)
 
 
 @styled
@@ -284,7 +278,7 @@ def fretting_loops(
     caption(figure, "Tangential force against displacement round a cycle.")
     caption(figure, "The area of a loop is the energy dissipated in the cycle.")
     colors = cycle_colours(sorted({int(n) for loops in contents for n in loops["cycle"]}))
-    quantity = LOOP[0].in_units(contents[0][force].attrs.get("units", LOOP[0].si_unit))
+    quantity = LOOP[0].in_dataset(contents[0])
     unit = readable_unit([float(abs(loops[force]).max()) for loops in contents], quantity.si_unit)
     for axes, loops in zip(panels, contents, strict=True):
         axes.axhline(0.0, color="0.7", linewidth=0.5, zorder=0)
@@ -295,8 +289,5 @@ def fretting_loops(
             axes.plot(MICROMETRE.of(x), unit.of(y), color=color, label=label)
         axes.margins(x=0.03)
         axes.set(xlabel=f"{LOOP[1].label} (µm)", ylabel=f"{quantity.label} ({unit.name})")
-    if ax is None:
-        cycle_key(figure, colors)
-    else:
-        ax.legend(title="Cycle")
+    cycle_key(ax or figure, colors)
     return figure

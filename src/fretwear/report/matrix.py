@@ -105,8 +105,7 @@ def _cell(effect: pd.Series, parts: pd.DataFrame) -> Cell:
     key, factor = f"{result}/{name}", float(effect["factor"])
     low, high = effect["lowest_factor"], effect["highest_factor"]
     if math.isnan(factor):
-        words = {"appears": "appears", "vanishes": "vanishes"}
-        texts = [word for word in words if effect[word]]
+        texts = [word for word in ("appears", "vanishes") if effect[word]]
         grows = texts[:1] == ["appears"]
         return Cell(key, texts[0], "", 100, grows) if len(texts) == 1 else Cell(key)
     if name == SEED:

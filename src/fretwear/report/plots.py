@@ -24,17 +24,16 @@ from fretwear.data.effects import (
     point_values,
     varied_names,
 )
+from fretwear.data.files import MERGED_PROFILES
 from fretwear.report.matrix import factor_text
-from fretwear.results import CASE_ID, RESULTS, STATUS, PointStatus
+from fretwear.results import CASE_ID, STATUS, PointStatus
 from fretwear.study.parameters import parameter, symbol_text, value_text
 from fretwear.units import NO_UNIT, Unit, axis_label, cycle_text, number_text, readable_unit
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 """Colours that the colour-blind tell apart (Okabe and Ito)."""
-EXPLORED = {"pressure_profile": "pressure", "shear_profile": "shear_traction"} | {
-    "wear_profile": "wear_depth"
-}
-"""Profiles of the explorer and the fields that they are of."""
+EXPLORED = ("pressure_profile", "shear_profile", "wear_profile")
+"""Profiles of the explorer."""
 _MOST_LINES, _MOST_CASES, _MOST_PLACES, _DIGITS = 60, 36, 160, 4
 _WIDE = 8.0
 _LAYOUT: dict[str, Any] = {
@@ -109,12 +108,13 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
             lines = [group for _, group in here.groupby(rest)] if rest else [here]
             shown = lines[:_MOST_LINES]
             # None breaks the line between two combinations.
-            thin = (
+            thin_x, thin_y = (
                 [place for line in shown for place in (*rounded(line[axis]), None)]
                 for axis in ("x", "y")
             )
             if len(lines) > 1:
-                traces.append(_line(*thin, color, 1, 4) | {"opacity": 0.35, "showlegend": False})
+                thin = _line(thin_x, thin_y, color, 1, 4)
+                traces.append(thin | {"opacity": 0.35, "showlegend": False})
             middle = here.groupby("x", as_index=False)["y"].agg(_mean)
             thick = _line(rounded(middle["x"]), rounded(middle["y"]), color, 3, 8)
             traces.append(thick | {"name": label})
@@ -191,8 +191,8 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
         return None
     titles, cycles = list(cases), summary["cycle"].values
     labels = {}
-    for name, field in EXPLORED.items():
-        variable, largest = RESULTS[field], float(np.nanmax(np.abs(summary[name].values)))
+    for name in EXPLORED:
+        variable, largest = MERGED_PROFILES[name], float(np.nanmax(np.abs(summary[name].values)))
         unit = variable.unit or readable_unit([largest], variable.si_unit)
         labels[name] = axis_label(variable.words, unit)
         for curves in cases.values():
