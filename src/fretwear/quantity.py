@@ -170,7 +170,7 @@ class Plain(Parameter):
 
 
 class Readable(Parameter):
-    """A parameter whose `read` takes a value and the folder of the study file, None elsewhere."""
+    """A parameter that reads its values, given the folder of the study file or None elsewhere."""
 
     def read(self, value: object, folder: Any = None) -> Any:
         """Return the value, or raise a `QuantityError`."""

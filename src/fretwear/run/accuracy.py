@@ -47,8 +47,8 @@ USUAL_BUDGET = 10.0  # work of all runs over the work on default cells
 # Share of the accuracy that the next run aims at.
 _AIM = 0.8
 _MOST_RATIO = 4.0  # of the widths of two runs from which errors are estimated
-# Least exponent of the cost of a step for cells along two axes, or for matrices of cells. From the
-# second run to the third, work has grown by up to 0.5 more than from the first to the second.
+# Exponent of the work in the inverse width of cells: its least value, with cells along two axes or
+# matrices of cells, and its largest rise between pairs of runs.
 _LEAST_GROWTH, _FASTER = 2.0, 0.5
 
 

@@ -47,7 +47,7 @@ class Checkpoint:
 
     def __exit__(self, kind: object, error: object, traceback: object) -> None:
         if error is not None and self.record.history:
-            with suppress(DataFileError):  # The interruption matters more than a full disk.
+            with suppress(DataFileError):  # The interruption is raised, not this error.
                 self.save()
 
     def __call__(self, _: Step) -> None:

@@ -13,7 +13,7 @@ from fretwear.units import QuantityError, nearest
 
 STUDIES = Path("studies")
 
-# What the parser meets, and what is to be done.
+# Remedies of errors that the parser reports.
 _REMEDIES = {
     "'\\t'": "indent with spaces, not with a tab",
     "mapping values are not allowed": "indent keys alike, and quote text with a colon",

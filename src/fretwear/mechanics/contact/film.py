@@ -243,7 +243,7 @@ def _below(x: Array, y: Array, depth: float) -> Array:
 
 
 def _nodes(largest: float, distance: float) -> tuple[Array, Array]:
-    """Nodes and weights of an integral over wavenumbers of what oscillates over a distance."""
+    """Nodes and weights of an integral over wavenumbers that oscillates over a distance."""
     count = math.ceil(largest * distance / _PHASE)
     nodes, weights = _legendre(_NODES)
     half = 0.5 * largest / count

@@ -32,7 +32,7 @@ _GROWTH = 1.12
 # Margin in cells around the zone of a part of the half-space, and number of parts kept.
 _MARGIN = 4
 _PARTS = 6
-# Relative fall of the squared pressure from one cell to the next below which it counts as none.
+# A smaller relative fall of the squared pressure from one cell to the next counts as none.
 _FLAT, _LEAST = 1e-6, np.finfo(np.float64).tiny
 # From so many cells along an axis on, a start is computed on cells twice as wide.
 _LEAST_COARSENED = 64

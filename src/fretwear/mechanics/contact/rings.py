@@ -26,8 +26,8 @@ from fretwear.mechanics.contact.film import Film
 
 # Ratio of two radii below which a series gives the influence of discs on each other.
 _SMALL = 1e-3
-# Width of the narrower of two rings, over the radius of the larger ring and over its own radius,
-# below which differences of discs lose more digits than a change of its width does.
+# Narrow rings, for which differences of discs lose too many digits: largest width over the radius
+# of the other, larger ring, and over their own.
 _NARROW, _OF_RADIUS = 1e-5, 1e-2
 
 
@@ -94,7 +94,7 @@ class Rings(DenseCells):
 
 
 def _below_circle(side: Array, radius: Array) -> Array:
-    """Area, m², between an axis and a circle from the origin up to a side, m, or its end."""
+    """Area, m², under a circle around the origin from x = 0 to a side, m, or to its radius."""
     share = np.minimum(side / radius, 1.0)
     area: Array = share * np.sqrt(1.0 - share**2) + np.arcsin(share)
     area *= 0.5 * radius**2

@@ -59,7 +59,7 @@ _MORE_CARE = 0.1
 # residual that it may reach before the displacement is computed anew.
 _SINGLE = 5e-7
 _TRUSTED = 0.1
-# Fraction of a step within which the energy minimum on it is found if slopes do not suffice.
+# Accuracy of the energy minimum along a step, as a fraction of it, if slopes do not suffice.
 _CLOSED = 1e-12
 # Cells change sides if their gap exceeds this part of the tolerance.
 _MARGIN = 0.3

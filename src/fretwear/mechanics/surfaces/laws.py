@@ -405,5 +405,5 @@ class EnergyWear(WearLaw):
     follows_friction: ClassVar[bool] = True
 
     def coefficient(self, friction: Friction) -> float:
-        """K = αµ, 1/Pa; at zero power if α falls with power."""
+        """K = αµ, 1/Pa; its value at zero power if α falls with power."""
         return float(self.energy_wear_coefficient) * friction.coefficient

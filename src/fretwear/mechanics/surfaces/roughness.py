@@ -319,7 +319,7 @@ class SelfAffineRoughness(Roughness):
     def rms_slope(
         self,
     ) -> Annotated[float, Quantity("1", r"$h^\prime_\mathrm{rms}$", "rms slope of the roughness")]:
-        """Root mean square of the slope: of the magnitude of the gradient."""
+        """Root mean square of the magnitude of the gradient."""
         power, (across_x, across_y) = self._power, self._stretched(1.0)
         count, period = len(power) - 1, _PERIODS * self.rolloff_wavelength
         along_x, along_y = np.ogrid[: count + 1, -count : count + 1]

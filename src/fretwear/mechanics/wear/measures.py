@@ -35,7 +35,7 @@ _NO_GAP = 1e-2
 _SHALLOW = 0.01
 
 
-# Display of radii of zones and of half-widths on one line of cells.
+# Attributes by which figures show radii of zones, and half-widths on one line of cells.
 _OUTLINE: dict[str, Any] = {"from_zero": False, "across": True}
 _ALONG_X: dict[str, Any] = {"from_zero": False, "is_headline": False, "of_line": True}
 _ALONG_Y: dict[str, Any] = {"from_zero": False, "is_headline": False, "across": True}
@@ -168,7 +168,7 @@ class Measures:
     )
     def sliding_criterion(self) -> float:
         """Dissipated energy over 4 U0 Q, U0 half the loop's width at Q = 0; only at snapshots."""
-        # One contact between its ends tells where the force vanishes.
+        # One contact between the ends of the loop locates its zero of force.
         opening = loop(self.workspace, self.state, contacts=1).opening
         work = 4.0 * opening * self.tangential_force
         return self.dissipated_energy / work if work else nan
