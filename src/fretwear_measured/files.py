@@ -167,8 +167,6 @@ class Topography:
     @cached_property
     def curvature(self) -> float:
         """Mean curvature of the best-fitting paraboloid, 1/m, positive where it is convex."""
-        if not np.isfinite(self.highest) or not np.isfinite(self.x).all():
-            return 0.0
         x, y = self.x[:, None], self.y
         terms = [np.ones(()), x, y, x * x, y * y]
         return -float(fitted(terms, self.heights, self.measured)[3:].sum())

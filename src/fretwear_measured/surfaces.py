@@ -312,9 +312,7 @@ class MeasuredRoughness(FromFile, Roughness):
                 f"{data.missing:.0f} of {size} in the map were not measured",
             )
         if data.positions:
-            what = (
-                "lies on a surface measured at uneven positions, between which it is interpolated"
-            )
+            what = "lies on a surface interpolated between uneven positions"
             yield what, f"{data.positions} positions, {size} points"
         if same and self.form in ("", "none", "plane"):
             what = "has the curvature of its indenter twice, because the map has it too"

@@ -212,28 +212,22 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
                     name=f"cycle {cycle_text(cycle)}", showlegend=False,
                 )  # fmt: skip
     each = len(EXPLORED) * len(cycles)
-    menus = [
-        {
-            "buttons": [
-                {
-                    "label": title,
-                    "method": "restyle",
-                    "args": [
-                        {
-                            "x": [curves["x"]] * each,
-                            "y": [row for name in EXPLORED for row in curves[name]],
-                        },
-                        list(range(side * each, (side + 1) * each)),
-                    ],
-                }
-                for title, curves in cases.items()
-            ],
-            "active": titles.index(shown),
+    contents = {
+        title: {"x": [curves["x"]] * each, "y": [row for name in EXPLORED for row in curves[name]]}
+        for title, curves in cases.items()
+    }
+    menus = []
+    for side, shown in enumerate(sides):
+        changed = list(range(side * each, (side + 1) * each))
+        buttons = [
+            {"label": title, "method": "restyle", "args": [content, changed]}
+            for title, content in contents.items()
+        ]
+        menus.append({
+            "buttons": buttons, "active": titles.index(shown),
             "x": side * 0.52, "xanchor": "left", "y": 1.03, "yanchor": "bottom",
             "font": {"size": 12}, "bgcolor": "#ffffff", "bordercolor": "#d5dae0",
-        }
-        for side, shown in enumerate(sides)
-    ]  # fmt: skip
+        })  # fmt: skip
     steps = [
         {
             "label": cycle_text(cycle),
