@@ -164,7 +164,7 @@ def every_cycle(problem, law, influence, edges, areas, cycles):
     worn, dissipated = np.zeros_like(places), np.zeros_like(places)
     for _ in range(cycles + 1):
         pressure, *_ = normal_contact(influence, gap + worn, areas, load)
-        friction = law.after(dissipated)
+        friction = law.slipped(dissipated)
         touching = np.flatnonzero(pressure)
         along = problem.coupling * influence[np.ix_(touching, touching)]
         bound, area = (friction * pressure)[touching], areas[touching]

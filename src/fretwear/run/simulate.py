@@ -349,7 +349,7 @@ def _states(case: Case, problem: WearProblem, start: State | None = None) -> Ite
         return evolve_pulsating(problem, stops, case.tolerance, start)
     accuracy = Accuracy()
     if problem.geometry is Grid and math.isfinite(case.accuracy):
-        accuracy = accuracy.within(case.accuracy)
+        accuracy = accuracy.loosened(case.accuracy)
     return evolve(problem, stops, case.tolerance, start, accuracy)
 
 

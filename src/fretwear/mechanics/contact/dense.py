@@ -73,7 +73,7 @@ class DenseCells(Geometry):
 
     @staticmethod
     @abstractmethod
-    def within(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
+    def shares(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
         """Fraction of each cell that lies within each distance that cuts it.
 
         The cells lie between edges ``x`` and ``y``, m; ``cuts`` index the cells along x, along y,
@@ -302,7 +302,7 @@ def _beyond(
 
     from scipy.sparse import csr_matrix  # takes half a second
 
-    nearer = kind.within(x, y, np.asarray(radii), (row, column, cut))
+    nearer = kind.shares(x, y, np.asarray(radii), (row, column, cut))
     return first, csr_matrix((1.0 - nearer, cut, starts), (count.size, len(radii)))
 
 

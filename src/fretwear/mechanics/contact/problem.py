@@ -260,7 +260,7 @@ class Accuracy:
     #: Load beyond the limits that shear lowers, over the load and over that tolerance.
     limit: float = 0.05
 
-    def within(self, error: float) -> Accuracy:
+    def loosened(self, error: float) -> Accuracy:
         """Tolerances of contacts between requested cycles for a relative error of the results.
 
         These contacts change wear, dissipation and areas by a twentieth of that error at most.

@@ -47,7 +47,7 @@ class Rings(DenseCells):
         return np.hypot(x, y)
 
     @staticmethod
-    def within(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
+    def shares(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
         """Fraction of rectangles within circles."""
         # Area below a circle up to a side.
         below_x, below_y = (_below_circle(sides[:, None], radii) for sides in (x, y))

@@ -45,7 +45,7 @@ class Strips(DenseCells):
         return x + 0.0 * y
 
     @staticmethod
-    def within(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
+    def shares(x: Array, y: Array, radii: Array, cuts: tuple[Places, Places, Places]) -> Array:
         """Fraction of cells within distances from the centre line."""
         row, _, cut = cuts
         return np.asarray((radii[cut] - x[row]) / np.diff(x)[row])

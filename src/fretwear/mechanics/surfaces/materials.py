@@ -117,7 +117,7 @@ class Friction(Part):
     follows_slip = False  # whether µ depends on the place through its slip
     ratio: float | Array = 1.0  # µ of each place over the coefficient, if it follows slip
 
-    def after(self, energy: Array | None) -> Friction:
+    def slipped(self, energy: Array | None) -> Friction:
         """The friction of places that have dissipated an energy per area, J/m²."""
         return self
 
@@ -146,7 +146,7 @@ class OverEnergy(Part):
         """The law itself; a number if friction does not change."""
         return self.start if self.start == self.end else self
 
-    def after(self, energy: Array) -> Array:
+    def slipped(self, energy: Array) -> Array:
         """Coefficients of places that have dissipated an energy per area, J/m²."""
         return np.asarray(self.end - (self.end - self.start) * np.exp(-energy / self.energy))
 
@@ -196,12 +196,12 @@ class Coulomb(Friction):
         """Whether µ depends on the place through its slip."""
         return isinstance(self.friction, OverEnergy)
 
-    def after(self, energy: Array | None) -> Coulomb:
+    def slipped(self, energy: Array | None) -> Coulomb:
         """The friction of places that have dissipated an energy per area, J/m²."""
         if not isinstance(self.friction, OverEnergy) or energy is None:
             return self
         law = Coulomb.unchecked(friction=self.friction)
-        vars(law)["ratio"] = self.friction.after(energy) / self.friction.start
+        vars(law)["ratio"] = self.friction.slipped(energy) / self.friction.start
         return law
 
     @property

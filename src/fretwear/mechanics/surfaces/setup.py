@@ -152,7 +152,7 @@ class Setup:
 
     def slipped(self, energy: Array | None) -> Self:
         """The setup with the friction of places that have dissipated an energy per area, J/m²."""
-        law = self.friction_law.after(energy)
+        law = self.friction_law.slipped(energy)
         return self if law is self.friction_law else self.changed(friction_law=law)
 
     @property

@@ -344,7 +344,7 @@ class _FrictionOverStep:
         missed = sum(w * rate for w, rate in zip(TR_BDF2.difference, rates, strict=True))
         embedded = np.maximum(energy + self._step * missed, self._start)
         law, integral = problem.friction_law, self._geometry.integral
-        off = integral(np.abs(law.after(embedded).ratio - law.ratio) * stage.pressure)
+        off = integral(np.abs(law.slipped(embedded).ratio - law.ratio) * stage.pressure)
         slipping = np.where(stage.reduced.stick, 0.0, law.ratio * stage.pressure)
         of_friction = off / integral(slipping) if off > 0.0 else 0.0
         of_energy = self._step * integral(np.abs(missed)) / integral(energy)

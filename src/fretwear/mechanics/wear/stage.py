@@ -168,7 +168,7 @@ class ImplicitStage:
         known, cycles, _ = self.dissipation
         energy = known + cycles * self.problem.energy_rate(stage)
         law, integral = self.problem.friction_law, self.bodies.geometry.integral
-        ratio = law.after(energy).ratio
+        ratio = law.slipped(energy).ratio
         changed = integral(np.abs(ratio - law.ratio) * stage.pressure)
         slipping = integral(np.where(stage.reduced.stick, 0.0, ratio * stage.pressure))
         if changed <= self.accuracy.sweep * self.tolerance * slipping:
