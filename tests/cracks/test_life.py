@@ -1,8 +1,10 @@
 """Lives by constants of the material, and Miner's sum of points that wear brings to the surface."""
 
 import numpy as np
+import pytest
 
-from fretwear_cracks.fatigue import _outcomes
+from fretwear_cracks import StressError
+from fretwear_cracks.fatigue import _life, _outcomes
 from fretwear_cracks.life import Damage, StrainLife, summed_damage
 from fretwear_cracks.variables import FATIGUE_OUTCOMES
 
@@ -21,6 +23,16 @@ def test_a_life_solves_the_equation_of_strain_and_life():
     np.testing.assert_allclose(STEEL.cycles(parameter, E), lives, rtol=1e-9)
     np.testing.assert_allclose(ELASTIC.cycles(elastic, E), lives, rtol=1e-9)
     assert np.isinf(STEEL.cycles(np.array([0.0, -1.0]), E)).all()
+
+
+@pytest.mark.parametrize(
+    ("pair", "reason"),
+    [("-1 MPa, -0.1", "larger than 0"), ((1e9, 0.1), "less than 0"), ("1 K, -1", "a temperature")],
+)
+def test_constants_have_the_ranges_and_units_of_a_study_file(pair, reason):
+    assert _life("1000 MPa, -0.1", (0.5, -0.6)) == STEEL
+    with pytest.raises(StressError, match=f"basquin = .*{reason}"):
+        _life(pair, None)
 
 
 DEPTHS = np.linspace(1e-6, 60e-6, 60)
