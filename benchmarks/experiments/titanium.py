@@ -297,8 +297,8 @@ def text_arnaud(data: Data) -> str:
     u = data["shapes"]["U"]
     of_u = u["computed"]["0.9"]["deepest"] / u["deepest"] - 1.0
     return f"""\
-Arnaud, Baydoun and Fouvry (Tribology International 161, 2021): two scars of the contact above after 5000 cycles, sum of both bodies, digitised by others to ±5 µm. Coefficients and debris fraction of the U (0.94)
-are fitted to its profile; rim and core of the W are fitted to volumes, and its debris fraction (0.9) is chosen for both profiles. Half-widths are measured
+Arnaud, Baydoun and Fouvry (Tribology International 161, 2021): two scars of the contact above after 5000 cycles, sum of both bodies, digitised by others to ±5 µm. For the U, coefficients and debris fraction
+(0.94) are fitted to its profile. For the W, rim and core are fitted to volumes; the debris fraction (0.9) is a choice that suits both profiles. Half-widths are measured
 at a depth of 10 µm.
 
 {comparison(data["points"])}
