@@ -21,7 +21,7 @@ from benchmarks.study_contacts import study_case
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
-from fretwear.run import simulate
+from fretwear.run import states
 
 _ITERATIONS = 20_000
 
@@ -167,7 +167,7 @@ Solver = Callable[[], Array]
 def sphere(cells: int, *, quarter: bool = False) -> ContactProblem:
     """The smooth first loading on so many whole cells along x and y."""
     case = study_case()
-    problem = simulate.wear_problem(case)
+    problem = states.wear_problem(case)
     width = _MARGIN * case.hertz_radius
     count = cells // 2 if quarter else cells
     window = Grid((count, count), (2 * width / cells, 2 * width / cells), (quarter, quarter))
@@ -189,7 +189,7 @@ def own(cells: int, *, quarter: bool) -> Solver:
 def other(kind: type[Peer], cells: int, tolerance: float) -> Solver:
     """A peer on the whole window."""
     problem = sphere(cells)
-    modulus = simulate.wear_problem(study_case()).bodies.composite_modulus
+    modulus = states.wear_problem(study_case()).bodies.composite_modulus
 
     def solve() -> Array:
         peer = kind(problem.half_space.geometry, modulus, tolerance)

@@ -16,7 +16,7 @@ import dataclasses
 import json
 import math
 import operator
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
@@ -61,7 +61,8 @@ from fretwear.units import (
     with_unit,
 )
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+_Function = TypeVar("_Function", bound=Callable[..., object])
+Value = TypeVar("Value")
 Schema = dict[str, Any]  # a JSON Schema
 Coordinates = Iterator[tuple[str, Any]]  # names and SI values
 Endings = tuple[tuple[str, str], ...]  # suffixes of names of coordinates, and of their words
@@ -113,7 +114,7 @@ class Parameter:
         return self.like
 
     def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
+        self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         return handler(source)
 
@@ -177,11 +178,11 @@ class Readable(Parameter):
         raise NotImplementedError
 
     def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
+        self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         is_optional = type(None) in get_args(source)
 
-        def validated(value: object, info: core_schema.ValidationInfo[Any]) -> object:
+        def validated(value: object, info: core_schema.ValidationInfo[object]) -> object:
             is_read = info.context is _AS_READ or (value is None and is_optional)
             return value if is_read else self.read(value, info.context)
 
@@ -209,7 +210,7 @@ class Quantity(Readable):
     absent: float | None = None  # value of the coordinate in a case without its part
     omitted_value: float | None = None  # left out of coordinates
     places: Endings = ()
-    record: type[tuple[Any, ...]] = tuple  # the type of a list of values
+    record: type[tuple[object, ...]] = tuple  # the type of a list of values
     forms: tuple[type, ...] = ()
     is_whole: bool = False
     description: str = field(default="", kw_only=True)
@@ -418,10 +419,10 @@ def auto_or(schema: Schema) -> WithJsonSchema:
 class MappingOf:
     """Annotates a mapping with these keys and no others: their types by name."""
 
-    types: Mapping[str, Any]
+    types: Mapping[str, object]
 
     def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
+        self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         fields = {
             name: core_schema.typed_dict_field(handler.generate_schema(type_), required=False)
@@ -443,7 +444,7 @@ class PartOf(Parameter):
     description: str = field(default="", kw_only=True)
 
     def __get_pydantic_core_schema__(
-        self, source: Any, handler: GetCoreSchemaHandler
+        self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         def absent(value: object) -> object:
             return None if self.none and means_none(value) else value
@@ -521,7 +522,7 @@ class Inline(PartOf):
             leading |= {name: kind for name in keys[:1] if name not in leading}
         return leading
 
-    def kind_of(self, keys: Any, kinds: Sequence[type[Part]] = ()) -> type[Part] | None:
+    def kind_of(self, keys: Collection[str], kinds: Sequence[type[Part]] = ()) -> type[Part] | None:
         """Return the first kind that has all of the keys and requires no others."""
         for kind in kinds or self.family.kinds().values():
             if required(kind) <= {*keys} <= kind.parameters().keys():
@@ -562,12 +563,12 @@ class Part:
 
     @classmethod
     def __get_pydantic_core_schema__(
-        cls, source: Any, handler: GetCoreSchemaHandler
+        cls, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
         def checked(
             value: object,
             read: core_schema.ValidatorFunctionWrapHandler,
-            info: core_schema.ValidationInfo[Any],
+            info: core_schema.ValidationInfo[object],
         ) -> Part:
             part: Part = read(value)
             return part if part is value or info.context is _AS_READ else part.checked()
@@ -575,7 +576,7 @@ class Part:
         if dataclasses.is_dataclass(cls):
             return core_schema.with_info_wrap_validator_function(checked, handler(source))
 
-        def kind_of(value: object, info: core_schema.ValidationInfo[Any]) -> object:
+        def kind_of(value: object, info: core_schema.ValidationInfo[object]) -> object:
             return value if info.context is _AS_READ else cls.read(value, info.context)
 
         return core_schema.with_info_plain_validator_function(kind_of)
@@ -675,7 +676,7 @@ def located(place: str | int, value: object, error: ValueError) -> ValidationErr
     return ValidationError.from_exception_data("value", [details])
 
 
-def each(values: Sequence[object], read: Callable[[object], Any]) -> list[Any]:
+def each(values: Sequence[object], read: Callable[[object], Value]) -> list[Value]:
     """Read the items of a list; the error lists all that are wrong."""
     items = TypeAdapter(list[Annotated[Any, PlainValidator(read)]])
     return items.validate_python([*values])

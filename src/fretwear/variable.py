@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, Unpack
 
 from fretwear.units import (
     LINE_CONTACT,
@@ -44,6 +44,10 @@ class SlidingRegime(IntEnum):
     GROSS_SLIP = 1
 
 
+# What the discretisation error of a scalar comes from; `fretwear.run.errors` has the rules.
+ErrorKind: TypeAlias = Literal["whole", "edge", "volume", "depth", "cycle", "peak"]
+
+
 @dataclass(frozen=True)
 class Variable:
     """One variable of a dataset."""
@@ -65,8 +69,7 @@ class Variable:
     is_headline: bool = True
     # Whether it may be NaN, such as the mean stick pressure where nothing sticks.
     may_lack: bool = False
-    # Whether it may grow without bound as cells get narrower; its error is then infinite.
-    may_diverge: bool = False
+    error_kind: ErrorKind = "whole"
     is_error: bool = False
     # Value of a field outside the window of a case, where the surfaces do not touch; NaN: unknown.
     outside: float = 0.0
@@ -85,7 +88,7 @@ class Variable:
         """The estimated discretisation error of this variable, in the same unit."""
         name, words = f"{self.name}_error", f"estimated error of the {self.words}"
         comment = "by a run on wider cells, and of the slip model"
-        if self.may_diverge:
+        if self.error_kind == "peak":
             comment += "; infinite where the value grows without bound as cells get narrower"
         apart = replace(self, name=name, words=words, symbol="", comment=comment, flags=())
         return replace(apart, is_error=True)
@@ -98,7 +101,7 @@ class Variable:
         sound = np.isfinite(values)
         if self.may_lack:
             sound |= np.isnan(values)
-        if self.may_diverge and self.is_error:
+        if self.is_error and self.error_kind == "peak":
             sound |= np.isposinf(values)
         return bool(sound.all())
 
@@ -177,6 +180,20 @@ _Formula: TypeAlias = Callable[[Any], float]
 _Condition: TypeAlias = Callable[[Any], object]
 
 
+class Properties(TypedDict, total=False):
+    """Fields of the `Variable` of a scalar."""
+
+    flags: tuple[IntEnum, ...]
+    across: bool
+    of_line: bool
+    from_zero: bool
+    may_be_logarithmic: bool
+    is_headline: bool
+    may_lack: bool
+    is_at_snapshots: bool
+    error_kind: ErrorKind
+
+
 class Scalar(cached_property[float]):
     """A scalar of the contact, declared beside its formula by `scalar`."""
 
@@ -198,15 +215,15 @@ def scalar(
     symbol: str = "",
     unit: str = "",
     needs: _Condition | None = None,
-    **properties: Any,
+    **properties: Unpack[Properties],
 ) -> Callable[[_Formula], Scalar]:
     """Declare a property of `Measures` as a scalar of the contact; its docstring is the comment.
 
     `si_unit` is that of a point contact, as UDUNITS reads it; in a line contact, forces, energies,
     volumes and areas are per length. `unit` is the unit for people, ``"µm"``, ``"MPa"``, ``"%"`` or
     ``"1"``; without it, the unit suits the size of the values. `needs` takes the `Measures` of a
-    state and tells whether this contact has the scalar; without it, every contact does. Further
-    `properties` are fields of `Variable`.
+    state and tells whether this contact has the scalar; without it, every contact does. The
+    `error_kind` among the fields of `Variable` says how its error is estimated.
     """
 
     def declare(formula: _Formula) -> Scalar:

@@ -21,7 +21,8 @@ __version__ = "0.1.0"
 SOURCES = (
     *("mechanics", "theory", "quantity.py", "results.py", "variable.py"),
     *("study/case.py", "study/cycles.py", "study/keys.py", "study/memory.py"),
-    *("study/discretisation.py", "data/labels.py", "run/accuracy.py", "run/simulate.py"),
+    *("study/discretisation.py", "data/labels.py", "run/accuracy.py", "run/errors.py"),
+    *("run/fields.py", "run/simulate.py", "run/states.py", "run/twin.py"),
 )
 """Sources that turn the parameters of a case into the numbers in its file.
 

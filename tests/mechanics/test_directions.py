@@ -18,7 +18,8 @@ from fretwear.mechanics.surfaces.materials import Coulomb, ElasticBodies
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.state import Workspace
-from fretwear.run.simulate import run, wear_problem
+from fretwear.run.simulate import run
+from fretwear.run.states import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.theory import coupling_ratio
 

@@ -11,7 +11,8 @@ from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.wear.loops import POINTS, loop
 from fretwear.mechanics.wear.state import Workspace
-from fretwear.run.simulate import steps, wear_problem
+from fretwear.run.simulate import steps
+from fretwear.run.states import wear_problem
 from fretwear.study.case import Case
 
 from ..studies import WAVES, near, refusal, steel

@@ -417,5 +417,6 @@ def test_edges_of_ridges_lie_anywhere_in_a_strip_without_bias():
         assert coarse.inside.size == 2
         errors.append(coarse.area - fine.area)
     assert abs(np.mean(errors)) < 0.03 * 2.0 * width
-    stated = float(np.linalg.norm(coarse.deviations))
+    # The outer edges are known to a tenth of a strip, the inner ones lie anywhere in it.
+    stated = 2.0 * width * math.hypot(0.1, 1.0 / math.sqrt(12.0))
     assert 0.8 < np.sqrt(np.mean(np.square(errors))) / stated < 1.2

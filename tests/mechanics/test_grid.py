@@ -15,7 +15,7 @@ from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.state import Workspace
 from fretwear.mechanics.wear.window import holding_cells, next_cells
-from fretwear.run.simulate import wear_problem
+from fretwear.run.states import wear_problem
 
 from ..studies import WAVES, near, steel
 from . import oracles

@@ -18,9 +18,7 @@ from fretwear.mechanics.wear.measures import (
     Measures,
     half_extent,
     half_width,
-    next_tip,
     open_within_outline,
-    scatter,
     stick_half_width,
 )
 from fretwear.mechanics.wear.state import CONTACT_GAP
@@ -48,10 +46,9 @@ from .problems import (
 def test_a_smooth_sphere_has_the_radii_of_hertz_and_cattaneo(changes, within):
     problem = fretting(16, **changes)
     state = first_loading(problem)
-    found, doubt = Measures(problem, state), scatter(state)
+    found = Measures(problem, state)
     for radius, zone in ((A, "contact"), (A * 0.2 ** (1 / 3), "stick")):
         assert getattr(found, f"{zone}_radius") == pytest.approx(radius, abs=within * A / 16), zone
-        assert doubt[f"{zone}_radius"] < within * A / 16
     assert found.scar_half_width_x == found.scar_half_width_y == 0.0
 
 
@@ -178,9 +175,6 @@ def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn):
     assert expected.keys() == found.at_step().keys()
     for name, (value, rel) in expected.items():
         assert getattr(found, name) == near(value, rel=rel), name
-    doubt = scatter(state)
-    load_by_area = float(HERTZ.pressure(stick)) * doubt["stick_area"]
-    assert doubt["stick_load_share"] == near(load_by_area / LOAD, rel=0.03)
 
 
 @given(
@@ -225,9 +219,7 @@ def test_half_widths_of_odd_contacts():
     axis=st.sampled_from([0, 1]),
     even=st.sampled_from(EVEN),
 )
-def test_a_tip_that_touches_between_centers_is_the_edge_and_next_to_touching_if_it_does_not(
-    place, lowest, axis, even
-):
+def test_a_tip_that_touches_between_centers_is_the_edge(place, lowest, axis, even):
     """A paraboloid of radius 1 in units of cells, beyond a zone that ends with the fourth cell."""
     spacing = (1e-6, 1.7e-6)
     cells = Grid(tuple(24 if one else 48 for one in even), spacing, even)
@@ -241,9 +233,6 @@ def test_a_tip_that_touches_between_centers_is_the_edge_and_next_to_touching_if_
     edge = place + np.sqrt(max(-lowest / 8.0, 0.0))
     found = half_width(lines, inside, gap, tips=True) / spacing[axis]
     assert found == near(edge, rel=1e-9) if lowest < 0.0 else found < 5.0
-    jump, at_top = next_tip(lines, inside, gap)
-    assert jump / spacing[axis] == near((edge - 3.5) / len(lines), rel=1e-9)
-    assert at_top == near(1e-9 * lowest / 8.0, rel=1e-6)
 
 
 @dataclass(frozen=True)
@@ -268,14 +257,13 @@ def test_a_map_that_is_mirrored_or_turned_has_the_same_measures(signs, is_turned
         waves = Skewed(0.15e-6, 12.0 / A, 12.0 / A, (False, False), **changes)
         problem = fretting(12, roughness=waves, load_ratio=0.6)
         state = first_loading(problem)
-        return Measures(problem, state).at_step(), scatter(state)
+        return Measures(problem, state).at_step()
 
     axes = {"_x": "_y", "_y": "_x"} if is_turned else {}
     changed = numbers(signs=signs, is_turned=is_turned)
-    for before, after in zip(numbers(), changed, strict=True):
-        for name, value in before.items():
-            same = name[:-2] + axes.get(name[-2:], name[-2:])
-            assert after[same] == near(value, rel=1e-6), name
+    for name, value in numbers().items():
+        same = name[:-2] + axes.get(name[-2:], name[-2:])
+        assert changed[same] == near(value, rel=1e-6), name
 
 
 @pytest.mark.slow

@@ -31,7 +31,8 @@ from fretwear.mechanics.wear.measures import Measures
 from fretwear.mechanics.wear.rubbing import Rubbing, positions
 from fretwear.mechanics.wear.state import Workspace
 from fretwear.mechanics.wear.stroke import slide
-from fretwear.run.simulate import steps, wear_problem
+from fretwear.run.simulate import steps
+from fretwear.run.states import wear_problem
 from fretwear.study.case import CaseError
 
 from ..studies import near

@@ -20,7 +20,7 @@ from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.surfaces.roughness import BothRough, SelfAffineRoughness, WavyRoughness
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import Measures
-from fretwear.run.simulate import wear_problem
+from fretwear.run.states import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.theory import EllipticContact, RoundContact, RoundedPunch
 from fretwear.units import LINE_CONTACT

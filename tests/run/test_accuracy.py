@@ -12,7 +12,6 @@ from fretwear.run.accuracy import (
     next_width,
     relative_errors,
     unreached,
-    without_jumps,
 )
 from fretwear.run.checkpoint import Checkpoint
 from fretwear.run.simulate import RunRecord, run
@@ -32,12 +31,12 @@ def make(**changes):
     return make_case(**given | changes)
 
 
-def finished(width, order=1.0, at=1.0, growth=3.0, tips=({}, {})):
+def finished(width, order=1.0, at=1.0, growth=3.0):
     """A run whose errors grow with a power of the width of cells, and work with its inverse."""
     error = at * width**order
     rows = [dict.fromkeys(ASKED, value + 1e-3 * error) for value in (1.0, 3.0)]
     errors = {name: np.array([0.5 * error, error]) for name in ASKED}
-    return GridRun(width, rows, list(tips), errors, width**-growth)
+    return GridRun(width, rows, errors, width**-growth)
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +84,7 @@ def test_a_written_cell_overrules_an_accuracy_and_a_tolerance_stays_as_written()
 def test_cells_become_narrower_by_what_errors_that_fall_with_the_width_need():
     case, smooth = make(roughness=WAVES), make(slip_model="jaeger")  # on rings
     assert (next_width(case, []), next_width(smooth, [])) == (1.4, 2.0)
-    first = GridRun(1.4, finished(1.4).rows, [{}, {}], {}, 0.36)
+    first = GridRun(1.4, finished(1.4).rows, {}, 0.36)
     assert next_width(case, [first]) == 1.0
     assert next_width(smooth, [finished(2.0, at=0.005)]) is None
     assert next_width(smooth, [finished(2.0, at=0.04)]) == 1.0
@@ -131,27 +130,6 @@ def test_an_accuracy_of_the_energy_is_relative_to_its_largest_value_all_others_t
     found = relative_errors(dict.fromkeys(names, values), dict.fromkeys(names, error))
     np.testing.assert_allclose(found["wear_volume"], [0.025, 0.1, 0.0])
     np.testing.assert_allclose(found["dissipated_energy"], [0.025, 0.025, 0.0])
-
-
-@pytest.mark.parametrize(
-    ("gaps", "widths", "error"),
-    [
-        ((34.0, 33.8), (1.0, 1.0), 0.0),  # nm; the tip stays off
-        ((5.0, 0.1), (1.0, 1.0), 0.2),  # on narrower cells it may touch
-        ((-1.0, 2.0), (1.0, 1.0), 0.2),
-        ((40.0, 39.0), (1.2, 1.0), 0.2),  # both runs end at different tips
-    ],
-)
-def test_whether_a_tip_touches_is_decided_by_the_gap_at_its_top_in_both_runs(gaps, widths, error):
-    name = "contact_half_width_x"
-    coarser, finer = (
-        GridRun(width, [{name: half}], [{name: (0.2, gap)}], {}, 1.0)
-        for width, half, gap in zip((1.4, 1.0), widths, gaps, strict=True)
-    )
-    comparable, jumps = without_jumps(finer, coarser, (0.3, 0.3))
-    assert jumps[name] == near(error)
-    assert comparable[name] == near(1.0)
-    assert without_jumps(finer, coarser, None) == ({name: near(widths[0])}, {})
 
 
 @pytest.mark.slow

@@ -9,23 +9,15 @@ import xarray as xr
 from fretwear.mechanics.contact.problem import Accuracy, ContactError
 from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
-from fretwear.mechanics.wear.integrator import first_loading
-from fretwear.mechanics.wear.measures import Measures, next_tips
-from fretwear.run.accuracy import (
-    GridRun,
-    Margins,
-    errors_of_sums,
-    errors_of_wear_in,
-    estimated_errors,
-    without_jumps,
+from fretwear.run.errors import (
+    EDGE,
+    MARGINS,
+    STEPS,
+    cell_errors,
+    summed_errors,
+    wear_in_errors,
 )
-from fretwear.run.simulate import (
-    ResultWarning,
-    Step,
-    run,
-    simulate,
-    wear_problem,
-)
+from fretwear.run.simulate import ResultWarning, Step, run, simulate
 from fretwear.theory import HertzContact, PartialSlip
 from fretwear.variable import ContactState
 
@@ -260,83 +252,38 @@ def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
     np.testing.assert_array_equal(dataset.wear_depth, alone.wear_depth)
 
 
-MARGINS = Margins(of_cells=1.0, of_steps=0.1)
-
-
-def estimates(deviations, times=2.0, values=None):
+def estimates(deviations, times=2.0, values=None, name="approach", unresolved=0.0):
     """Estimates of a scalar, 1 by default, whose twin deviates at the snapshots as given."""
     values = np.array(values or [1.0] * len(deviations))
-    twin = values - deviations
-    found = estimated_errors({"approach": values}, {"approach": twin}, times, {}, 0.01, MARGINS)
-    return found["approach"]
+    runs = {name: values}, {name: values - deviations}
+    return cell_errors(make(), *runs, times, np.full(values.size, unresolved))[name]
 
 
-def test_an_estimate_takes_what_two_runs_usually_differ_by_and_nothing_of_a_hard_snapshot():
+def test_an_estimate_takes_what_two_runs_usually_differ_by():
     (usual,) = estimates([1e-3])
-    easy, hard = estimates([1e-4] * 5), estimates([1e-4] * 4 + [0.1])
-    np.testing.assert_allclose(hard[:3], easy[:3])
-    assert hard[4] > 0.1
-    assert hard[3] == near(0.6 * hard[4]), "but for the one beside it"
-    assert estimates([1e-5, 0.1])[0] < 0.02, "even where there is only one other"
-    # Runs that agree by chance are no more accurate than usual.
-    assert estimates([1e-3, 0.0, 1e-3, 1e-3])[1] == near(usual)
+    assert usual == near(MARGINS["whole"] * 1e-3 / np.sqrt(3.0))
+    # Runs that agree by chance are nearly as accurate as usual, and a hard snapshot stands alone.
+    assert estimates([1e-3, 0.0, 1e-3, 1e-3])[1] == near(usual * np.sqrt(3.0 / 4.0))
+    *easy, hard = estimates([1e-3, 1e-3, 0.1])
+    assert hard == near(100.0 * usual)
+    assert easy == near([hard / np.sqrt(3.0)] * 2, rel=1e-3)
     # What has just begun says nothing of the errors of the end.
-    begun = estimates([2e-3, 1e-3], values=[4e-3, 1.0])
-    assert begun[1] == near(usual)
-    assert begun[0] > 2e-3
+    assert estimates([2e-4, 1e-3], values=[4e-4, 1.0]) == near([0.2 * usual, usual], rel=0.03)
     # The wider the cells of the twin, the less of the difference counts.
-    assert 0.5 * usual < estimates([1e-3], 3.0)[0] < usual / np.sqrt(2.0)
+    assert estimates([1e-3], 3.0)[0] == near(usual * np.sqrt(3.0 / 8.0))
+    # What is missing has no error.
+    assert np.isnan(estimates([0.0, 1e-3], values=[np.nan, 1.0])[0])
 
 
-def test_the_edge_of_a_scar_is_as_uncertain_as_the_edge_of_a_contact():
-    edges, twin = (
-        dict.fromkeys(("contact_half_width_x", "scar_half_width_x"), values)
-        for values in (np.array([1.0, 1.1]), np.array([1.02, 1.13]))
-    )
-    of_contact, of_scar = estimated_errors(edges, twin, 2.0, {}, 0.01, MARGINS).values()
-    np.testing.assert_array_equal(of_scar, of_contact)
-
-
-def test_runs_whose_falling_values_cross_are_no_more_accurate_where_they_do():
-    energy = [1.0, 0.5, 0.1]
-    falls = estimates([2e-3, 0.05, 0.0], values=energy) / energy
-    assert 0.1 < falls[1] == near(falls[2])
-    # What grows, as a volume, may become more accurate.
-    grows = estimates([2e-3, 0.05, 0.0], values=energy[::-1]) / energy[::-1]
-    assert grows[2] == near(0.6 * grows[1])
-
-
-@pytest.mark.parametrize(("load", "jump"), [("16 N", 0.0), ("17 N", 23e-6), ("17.1 N", 23e-6)])
-def test_a_half_width_is_as_uncertain_as_whether_the_next_tip_touches(load, jump):
-    """On cells half as wide, a tip has gaps of 15 and 0.6 nm at the first two loads, then none."""
-    waves = {"amplitude": "0.18 um", "slope_x": "3.4 deg", "slope_y": "1.5 deg"}
-    given = {"radius": "11 mm", "load": load, "tangential_ratio": 0.6, "roughness": waves}
-    runs = []
-    for width in (1.4, 1.0):
-        problem = wear_problem(make_case(**given, cell=[0.5e-6 * width, 1.4e-6 * width]))
-        state = first_loading(problem)
-        rows = [Measures(problem, state).at_step()]
-        runs.append(GridRun(width, rows, [next_tips(state)], {}))
-    _, jumps = without_jumps(runs[1], runs[0], problem.wavelengths)
-    assert jumps["contact_half_width_y"] == near(jump, rel=0.05)
-
-
-def test_an_estimate_is_no_less_than_what_edges_within_cells_leave_open():
-    values = {"stick_area": np.ones(2)}
-    for apart, spread in ((0.0, 0.1), (0.3, 0.01)):
-        twin, least = {"stick_area": np.full(2, 1.0 + apart)}, {"stick_area": np.full(2, spread)}
-        (found, again), (alone, _) = (
-            estimated_errors(values, twin, 2.0, each, 0.01, MARGINS)["stick_area"]
-            for each in (least, {})
-        )
-        assert found == again == max(alone, 2.0 * spread)
-
-
-def test_an_estimate_is_no_less_than_what_steps_leave_open():
-    """Cells and steps may err in opposite directions, so that run and twin agree."""
-    volume = {"wear_volume": np.array([1.0, 2.0])}
-    first, last = estimated_errors(volume, volume, 3.0, {}, 0.01, MARGINS)["wear_volume"]
-    assert (first, last) == (0.0, near(2e-3))
+def test_edges_steps_and_peaks_are_uncertain_even_where_runs_agree():
+    case = make()
+    least = EDGE * case.width_at_edges / case.hertz_radius
+    np.testing.assert_allclose(estimates([0.0, 0.0], name="stick_area"), least)
+    np.testing.assert_allclose(estimates([0.0], name="peak_pressure", unresolved=0.5), 0.5)
+    assert estimates([0.0], name="peak_pressure", unresolved=np.inf)[0] == np.inf
+    # Cells and steps may err in opposite directions, so that run and twin agree.
+    first, last = estimates([0.0, 0.0], name="wear_volume")
+    assert (first, last) == (0.0, near(STEPS * case.tolerance))
 
 
 def test_an_energy_that_has_fallen_follows_the_time_in_which_it_falls():
@@ -344,18 +291,20 @@ def test_an_energy_that_has_fallen_follows_the_time_in_which_it_falls():
     case = make_case(roughness=None)
     case = case.replace(cell=case.hertz_radius / 100.0, slip_model="coupled")
     energy = np.array([1.0, 3.0, 3.0 * np.exp(-2.0)])
-    found = errors_of_wear_in(case, {"dissipated_energy": energy, "wear_volume": energy})
-    np.testing.assert_allclose(found.pop("dissipated_energy") / energy, [0.0, 0.0, 0.18])
-    assert not found
+    names = ("dissipated_energy", "wear_volume")
+    runs = dict.fromkeys(names, energy), dict.fromkeys(names, np.zeros(3))
+    found = wear_in_errors(case, *runs)
+    np.testing.assert_allclose(found["dissipated_energy"] / energy, [0.0, 0.0, 0.17])
+    assert not found["wear_volume"].any()
     falling = case.replace(friction={"cycles": [0, 100], "values": [0.6, 0.3]})
-    assert not errors_of_wear_in(falling, {"dissipated_energy": energy})
+    assert not wear_in_errors(falling, *runs)["dissipated_energy"].any()
 
 
 def test_wear_is_as_uncertain_as_the_energies_that_it_adds_up():
     """Each part of the wear errs by the share by which the energies at its ends err together."""
     energy, exact = np.array([1.0, 1.0, 0.1, 0.1]), np.zeros(4)
     volume, depth = np.array([0.0, 8.0, 9.0, 10.0]), np.array([0.0, 2.0, 2.0, 2.0])
-    found = errors_of_sums(
+    found = summed_errors(
         {"dissipated_energy": energy, "wear_volume": volume, "maximum_wear_depth": depth},
         {"dissipated_energy": np.array([0.0, 0.0, 0.055, 0.055])}
         | dict.fromkeys(("wear_volume", "maximum_wear_depth", "approach"), exact),

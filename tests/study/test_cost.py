@@ -11,7 +11,8 @@ from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.wear.integrator import evolve, first_loading
 from fretwear.mechanics.wear.measures import Measures
 from fretwear.mechanics.wear.window import first_cells
-from fretwear.run.simulate import ResultWarning, simulate, steps, wear_problem
+from fretwear.run.simulate import ResultWarning, simulate, steps
+from fretwear.run.states import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.case_warnings import CaseWarning, case_warnings, study_warnings
 from fretwear.study.plan import estimate

@@ -2,59 +2,42 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, field, replace
-from itertools import islice
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from fretwear.data.labels import case_dataset, history_dataset, loops_dataset, mirrored
 from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.contact.problem import Accuracy, ContactError
-from fretwear.mechanics.surfaces.setup import Setup
-from fretwear.mechanics.wear.integrator import WearError, evolve
+from fretwear.mechanics.contact.problem import ContactError
+from fretwear.mechanics.wear.integrator import WearError
 from fretwear.mechanics.wear.loops import loop
-from fretwear.mechanics.wear.measures import (
-    Described,
-    Measures,
-    described,
-    fractions,
-    share_beyond_friction,
-    uncertainty,
-)
-from fretwear.mechanics.wear.pulsating import evolve_pulsating
-from fretwear.mechanics.wear.state import State, WearProblem, Workspace
-from fretwear.mechanics.wear.stroke import StrokeState, slide
-from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, SYMMETRIES, VECTOR_FIELDS
-from fretwear.run.accuracy import (
-    GridRun,
-    Margins,
+from fretwear.mechanics.wear.measures import Measures, largest_pressure, share_beyond_friction
+from fretwear.mechanics.wear.state import State, Workspace
+from fretwear.mechanics.wear.stroke import StrokeState
+from fretwear.results import SYMMETRIES
+from fretwear.run.accuracy import GridRun, next_width, relative_errors, unreached
+from fretwear.run.errors import (
+    ScalarValues,
+    cell_errors,
     columns_of,
-    errors_of_sums,
-    errors_of_wear_in,
-    estimated_errors,
-    next_width,
-    relative_errors,
-    unreached,
-    without_jumps,
+    model_errors,
+    summed_errors,
+    wear_in_errors,
 )
+from fretwear.run.fields import snapshot_fields
 from fretwear.run.progress import Observer, Step, progress_bar
 from fretwear.run.resources import require_memory
+from fretwear.run.states import states, wear_problem
+from fretwear.run.twin import Twin
 from fretwear.study.case import Case
 from fretwear.study.case_warnings import case_warnings
-from fretwear.variable import ContactState
-
-_MARGIN = 1.15
-# Results in error with the slip model.
-_OF_SLIP = ("dissipated_energy", "sliding", "wear_volume", "maximum_wear_depth")
 
 
 @dataclass
@@ -206,8 +189,8 @@ class _Computed:
     case: Case  # on these cells
     workspace: Workspace
     rounds: Sequence[GridRun]  # this run, after those on wider cells
-    scalars: Mapping[str, NDArray[np.float64]]
-    errors: Mapping[str, NDArray[np.float64]]
+    scalars: ScalarValues
+    errors: ScalarValues
     trouble: str  # why requested errors are missing
 
 
@@ -216,73 +199,43 @@ def _run_on_cells(
 ) -> _Computed:
     """Run a case to the end of its record on cells of some width over the default.
 
-    The run on wider cells from which errors are estimated is the last one of the record or, if
-    there is none, runs alongside. It is not stored in checkpoints: a resumed run starts it anew.
+    Errors are estimated from the last run of the record, whose cells are wider, or from a twin.
     """
-    times = record.rounds[-1].width / width if record.rounds else asked.times_coarser
-    case, coarser_case = asked.on_cells(width), asked.on_cells(times * width)
-    wider = record.rounds[-1:]
-    twin: Iterator[Described]
-    twin = (Described(*pair) for run in wider for pair in zip(run.rows, run.tips, strict=True))
+    case, coarseness = asked.on_cells(width), width * asked.coarseness
+    times, twin = asked.times_coarser, None
+    if record.rounds:
+        times = record.rounds[-1].width / width
     # Equal cells need a run on default cells anyway, whose twin is this run.
-    if case.error_estimate and not record.rounds and not (width > 1.0 and asked.has_equal_cells):
-        twin = _described_twin(coarser_case, times * width * asked.coarseness)
-    coarser: list[Described] = []
-    trouble = ""
-
-    def advance_twin() -> None:
-        nonlocal trouble
-        try:
-            coarser.extend(islice(twin, len(record.snapshots) - len(coarser)))
-        except (ContactError, WearError) as error:
-            trouble = str(error) or type(error).__name__
-
-    problem = wear_problem(case, None, width * asked.coarseness)
+    elif case.error_estimate and not (width > 1.0 and asked.has_equal_cells):
+        twin = Twin(asked.on_cells(times * width), times * coarseness)
+    problem = wear_problem(case, None, coarseness)
     workspace, snapshots = Workspace(problem), record.snapshots
     with _one_thread(case):
-        for state in _states(case, problem, record.last):
+        for state in states(case, problem, record.last):
             step = Step(state, Measures(problem.of(state), state), case.cycles)
             record.add(step, keep_fields=state.cycle in case.output_cycles)
             for observer in observers:
                 observer(step)
-            advance_twin()
-        advance_twin()
-        found = [described(workspace, state) for state in snapshots]
-        # Errors of edges are needed only with a run on wider cells.
-        compared = zip(snapshots, found, strict=True) if wider or coarser else ()
-        uncertain = [
-            uncertainty(problem.of(state), state, one.scalars["peak_pressure"])
-            for state, one in compared
-        ]
-    finished = GridRun.of(width, found, record.work)
-    scalars = columns_of(finished.rows)
-    errors: dict[str, NDArray[np.float64]] = {}
-    if coarser and not (trouble or wider):
-        wider = [GridRun.of(times * width, coarser)]
+            if twin:
+                twin.advance(len(snapshots))
+        if twin:  # of a record that had reached its end
+            twin.advance(len(snapshots))
+        measures = [Measures(problem.of(state), state, workspace) for state in snapshots]
+        rows = [each.at_snapshot() for each in measures]
+    trouble = twin.trouble if twin else ""
+    wider = twin.rows if twin else [row for run in record.rounds[-1:] for row in run.rows]
+    scalars, errors = columns_of(rows), ScalarValues()
     if wider and not trouble:
-        deviations, missed = zip(*uncertain, strict=True)
-        spread = columns_of(deviations)
-        comparable, jumps = without_jumps(finished, wider[-1], problem.wavelengths)
-        margins = Margins.of(case)
-        errors = estimated_errors(scalars, comparable, times, spread, case.tolerance, margins)
-        errors |= {name: np.maximum(errors[name], jump) for name, jump in jumps.items()}
-        errors["peak_pressure"] = np.hypot(errors["peak_pressure"], missed)
-    late: dict[str, NDArray[np.float64]] = {}
+        bounds = np.array([largest_pressure(each.problem, each.state) for each in measures])
+        unresolved = np.maximum(bounds / scalars["peak_pressure"], 1.0) - 1.0
+        errors = cell_errors(case, scalars, columns_of(wider), times, unresolved)
+        late = wear_in_errors(case, scalars, errors)
+        for name, summed in summed_errors(scalars, late).items():
+            errors[name] = late[name] = np.maximum(errors[name], summed)
+    finished = GridRun(width, rows, relative_errors(scalars, errors), record.work)
     if errors:
-        least = errors_of_wear_in(case, scalars)
-        late = {name: np.maximum(errors[name], of_time) for name, of_time in least.items()}
-        for name, summed in errors_of_sums(scalars, errors | late).items():
-            errors[name] = np.maximum(errors[name], summed)
-    finished = replace(finished, errors=relative_errors(scalars, errors))
-    if errors:
-        errors |= late
-        of_directions = [case.cells.error_of_directions(cycle) for cycle in case.output_cycles]
-        for name in (name for name in errors if name.startswith(_OF_SLIP)):
-            of_model = case.cells.error_of_slip_model * np.abs(scalars[name])
-            errors[name] = np.hypot(errors[name], of_model)
-        errors["maximum_wear_depth"] += of_directions * scalars["maximum_wear_depth"]
-    rounds = [*(record.rounds or wider), finished]
-    return _Computed(case, workspace, rounds, scalars, errors, trouble)
+        errors = model_errors(case, scalars, late)
+    return _Computed(case, workspace, [*record.rounds, finished], scalars, errors, trouble)
 
 
 def _labelled(
@@ -304,7 +257,7 @@ def _labelled(
         plane.x,
         plane.y,
         cycles,
-        _snapshot_fields(computed.workspace, snapshots),
+        snapshot_fields(computed.workspace, snapshots),
         computed.scalars,
         computed.errors,
         computed=case,
@@ -336,170 +289,5 @@ def steps(
 ) -> Iterator[Step]:
     """Yield each accepted step of a case: cycle 0 and all others, or those after ``start``."""
     problem = wear_problem(case, geometry)
-    for state in _states(case, problem, start):
+    for state in states(case, problem, start):
         yield Step(state, Measures(problem.of(state), state), case.cycles)
-
-
-def _states(case: Case, problem: WearProblem, start: State | None = None) -> Iterator[State]:
-    stops = [*map(float, case.output_cycles)]
-    if problem.loading.stroke:
-        assert start is None or isinstance(start, StrokeState)
-        return slide(problem, stops, case.tolerance, start)
-    if problem.normal.pulsating_load < 1.0:
-        return evolve_pulsating(problem, stops, case.tolerance, start)
-    accuracy = Accuracy()
-    if problem.geometry is Grid and math.isfinite(case.accuracy):
-        accuracy = accuracy.loosened(case.accuracy)
-    return evolve(problem, stops, case.tolerance, start, accuracy)
-
-
-def _described_twin(case: Case, coarseness: float) -> Iterator[Described]:
-    """Yield the snapshots of a case in numbers."""
-    problem = wear_problem(case, None, coarseness)
-    workspace = Workspace(problem)
-    for state in _states(case, problem):
-        if state.cycle in case.output_cycles:
-            yield described(workspace, state)
-
-
-def wear_problem(
-    case: Case,
-    geometry: type[Geometry] | None = None,
-    coarseness: float | None = None,
-) -> WearProblem:
-    """The mechanical problem of a case, on its default cells or others; rings may be wider."""
-    # A contact entirely at the limit is the smallest one that carries the load.
-    spread = _MARGIN * max(1.0, case.hertz.spread_radius(case.slip_limit) / case.hertz_radius)
-    x, y = case.indenter.half_widths(case.hertz)
-    blocks: list[tuple[float, Setup]] = []
-    for end, block in case.in_blocks():
-        assert block is not None
-        loading = block.loading if block.loading.is_force else block.plain_loading
-        setup = block.changed(loading=loading).setup
-        if blocks and blocks[-1][1] == setup:
-            blocks.pop()
-        blocks.append((end, setup))
-    blocks[-1] = math.inf, blocks[-1][1]
-    return WearProblem(
-        **vars(blocks[0][1]),
-        slip_model=case.cells.solved_slip_model,
-        spacing=case.grid_spacing,
-        extent=(spread * x, spread * y),
-        geometry=geometry or case.cells.geometry,
-        coarseness=coarseness or case.coarseness,
-        blocks=tuple(blocks) if len(blocks) > 1 else (),
-    )
-
-
-def _snapshot_fields(
-    workspace: Workspace, snapshots: Sequence[State]
-) -> dict[str, NDArray[np.generic]]:
-    """The fields of a dataset over all snapshots on one plane, in the stored precision.
-
-    Fields in double precision, listed and then stacked, would take most of a run's memory.
-    """
-    last = snapshots[-1].geometry
-    plane = last.plane(workspace.problem.spacing)
-    shape = plane.shape[: len(workspace.problem.frame.axes)]
-    fields = (
-        *FIELDS,
-        *(BODY_FIELDS if snapshots[-1].wear_of_each(workspace.problem.wear_law) else ()),
-    )
-    fields += VECTOR_FIELDS if snapshots[-1].reduced.sheared is not None else ()
-    fields += (FRICTION_FIELD,) if workspace.problem.friction_law.follows_slip else ()
-    stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in fields}
-    for row, snapshot in enumerate(snapshots):
-        state = snapshot.on(workspace, snapshot.geometry.extended(last))
-        problem = workspace.problem.of(state)
-        reduced, closed = state.reduced, state.in_contact
-        slip = problem.slip(reduced)
-        contact_state = np.where(closed, ContactState.SLIP, ContactState.OPEN)
-        contact_state[reduced.stick & closed] = ContactState.STICK
-        law = problem.friction_law
-        path = 4.0 * state.pressure * slip
-        worn = problem.combined_wear_coefficient * problem.wear_ratio * path
-        rate = np.maximum(worn - problem.withheld_depth, 0.0)
-        shearing = law.ratio * state.pressure
-        if isinstance(state, StrokeState):
-            rate = state.rates.sum(axis=0)
-        elif state.pulse is not None:
-            rate = problem.combined_wear_coefficient * state.pulse.path
-            slip = slip * state.pulse.share
-            shearing = 0.5 * (state.pressure + state.pulse.least)
-        bodies = state.wear_of_each(problem.wear_law).values()
-        values_of = {
-            "pressure": state.pressure,
-            "reduced": reduced.pressure,
-            "shearing": shearing,
-            "slip": slip,
-            "wear_depth": state.wear,
-            "wear_rate": rate,
-            "path": path,
-            "plastic_depth": state.plastic,
-            "gap": state.gap,
-            "contact_state": contact_state,
-            **{field.name: wear for field, wear in zip(BODY_FIELDS, bodies, strict=False)},
-        }
-        if reduced.sheared is not None:
-            ways = reduced.sheared.ways * slip
-            values_of |= {"slip_x": ways[0], "slip_y": ways[1]}
-            traction = reduced.sheared.traction
-            values_of |= {"shear_traction": traction[0], "shear_traction_y": traction[1]}
-        if law.follows_slip:
-            values_of[FRICTION_FIELD.name] = law.coefficient * np.asarray(law.ratio)
-        written = state.geometry.written(values_of, plane)
-        if law.follows_slip:
-            # This makes it a bound of the mean traction by the mean pressure.
-            sheared = law.coefficient * np.asarray(written["shearing"])
-            np.divide(
-                sheared,
-                written["pressure"],
-                out=written[FRICTION_FIELD.name],
-                where=written["pressure"] > 0.0,
-            )
-        if reduced.sheared is None:
-            # Means over a cell that slips in part obey Coulomb's law if computed from mean
-            # pressures.
-            sticking = replace(reduced, pressure=written["reduced"])
-            written["shear_traction"] = problem.shear_traction(written["shearing"], sticking)
-        written["contact_fraction"], written["stick_fraction"] = fractions(problem, state, plane)
-        cells: object = state.geometry
-        if plane != cells:
-            # Cells cut by an edge touch if they carry load, and slip or stick like most of their
-            # pressure.
-            loaded, touch = written["pressure"] > 0.0, written["contact_state"]
-            written["gap"][loaded] = 0.0
-            touch[loaded] = np.maximum(touch[loaded], ContactState.SLIP)
-            if not (problem.loading.stroke or state.pulse):
-                carried = 4.0 * written["pressure"][loaded]
-                written["slip"][loaded] = written["path"][loaded] / carried
-            if reduced.sheared is not None:
-                _obey_friction(written, problem.friction_law.coefficient)
-        off_punch = np.hypot(plane.x[:, None], plane.y) > problem.indenter.end
-        for name, value in (("gap", np.nan), ("slip", 0.0)):
-            written[name][off_punch & (written["pressure"] == 0.0)] = value
-        for name, values in stored.items():
-            values[row] = written[name].reshape(shape)
-    return stored
-
-
-def _obey_friction(written: dict[str, NDArray[np.generic]], friction: float) -> None:
-    """Give means of vectors over cells the lengths and directions of friction.
-
-    The traction is at most µp. In cells that slip as a whole it is µp along the slip, as the mean
-    of vectors that turn would be slightly shorter. The slip is as long as its mean amplitude.
-    """
-    least = np.finfo(np.float64).tiny
-    traction, slip = (
-        np.stack([written[name], written[partner]])
-        for name, partner in (("shear_traction", "shear_traction_y"), ("slip_x", "slip_y"))
-    )
-    bound = friction * np.asarray(written["pressure"])
-    slips = (written["stick_fraction"] == 0.0) & (bound > 0.0)
-    of_traction, of_slip = (
-        vector / np.maximum(np.hypot(*vector), least) for vector in (traction, slip)
-    )
-    length = np.where(slips, bound, np.minimum(np.hypot(*traction), bound))
-    written["shear_traction"], written["shear_traction_y"] = of_traction * length
-    way = np.where(slips, of_traction, of_slip)
-    written["slip_x"], written["slip_y"] = way * written["slip"]

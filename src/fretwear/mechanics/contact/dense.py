@@ -19,9 +19,7 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Mask, Places, Single
 from fretwear.mechanics.contact.cells import (
-    ANYWHERE,
     OPEN_PER_SIDE,
-    WITHIN_A_CELL,
     Geometry,
     HalfSpace,
     Index,
@@ -138,9 +136,7 @@ class DenseCells(Geometry):
             part = self._measure(farther) - self._measure(max(radius, nearer))
             share = part / (self._measure(farther) - self._measure(nearer))
             area -= float(self.areas[last, 0] * share)
-        deviations = ANYWHERE * self.areas[inner, 0]
-        deviations[-1:] *= WITHIN_A_CELL / ANYWHERE
-        return Zone(area, inner, outer, deviations)
+        return Zone(area, inner, outer)
 
     def covered(self, region: Region, plane: Geometry) -> Array:
         """Fraction of each cell of a grid inside a region, which ends at its radius."""

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element, Even, Mask, Places, Single
 from fretwear.mechanics.contact.cells import (
-    ANYWHERE,
     OPEN_PER_SIDE,
     Evidence,
     Geometry,
@@ -102,8 +101,7 @@ class Grid(Geometry):
         parts = self._open_of(region, inner, outer)
         area = self.unit_area * (float(region.cells.sum()) - float(parts.sum()))
         area -= OPEN_PER_SIDE * border.size * self.unit_area
-        deviation = (1.0 if region.evidence is None else 0.5) * ANYWHERE * self.unit_area
-        return Zone(area, inner, outer, np.full(inner.size, deviation))
+        return Zone(area, inner, outer)
 
     def covered(self, region: Region, plane: Geometry) -> Array:
         """Fraction of each cell inside a region.

@@ -19,7 +19,7 @@ from typing import ClassVar
 import numpy as np
 
 from fretwear.arrays import Array, Places
-from fretwear.mechanics.contact.cells import ANYWHERE, WITHIN_A_CELL, Geometry, Region, Way, Zone
+from fretwear.mechanics.contact.cells import Geometry, Region, Way, Zone
 from fretwear.mechanics.contact.dense import DenseCells, DenseHalfSpace, Distance
 from fretwear.mechanics.contact.film import Film
 from fretwear.mechanics.contact.grid import Grid
@@ -123,10 +123,8 @@ class Row(Grid):
         cells = region.cells
         steps = np.flatnonzero(cells[1:, 0] != cells[:-1, 0])
         inner = np.where(cells[steps, 0], steps, steps + 1)
-        deviations = np.full(steps.size, ANYWHERE * self.unit_area)
-        deviations[[0, -1] if steps.size else []] *= WITHIN_A_CELL / ANYWHERE
         area = self.integral(self.covered(region, self))
-        return Zone(area, inner, 2 * steps + 1 - inner, deviations)
+        return Zone(area, inner, 2 * steps + 1 - inner)
 
     def covered(self, region: Region, plane: Geometry) -> Array:
         """The fraction of each strip in a region."""

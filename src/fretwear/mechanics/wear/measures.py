@@ -9,19 +9,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import cached_property
 from math import isfinite, nan, pi, sqrt
-from typing import Any, NamedTuple, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from fretwear.arrays import Array, Even, Mask
-from fretwear.mechanics.contact.cells import WITHIN_A_CELL, Evidence, Geometry, Region, Way, Zone
+from fretwear.mechanics.contact.cells import Evidence, Geometry, Region, Way, Zone
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
-from fretwear.variable import SlidingRegime, declared_scalars, scalar
-
-# Jump of a half-width to the next tip, m, and gap at the top of that tip, m, by name.
-NextTips: TypeAlias = dict[str, tuple[float, float]]
+from fretwear.variable import Properties, SlidingRegime, declared_scalars, scalar
 
 # Fraction of the reduced gap beside a stick zone opened by wear once it has doubled the gap.
 _DOUBLED = 0.5
@@ -35,10 +32,16 @@ _NO_GAP = 1e-2
 _SHALLOW = 0.01
 
 
-# Attributes by which figures show radii of zones, and half-widths on one line of cells.
-_OUTLINE: dict[str, Any] = {"from_zero": False, "across": True}
-_ALONG_X: dict[str, Any] = {"from_zero": False, "is_headline": False, "of_line": True}
-_ALONG_Y: dict[str, Any] = {"from_zero": False, "is_headline": False, "across": True}
+# Attributes of zones, of their half-widths on one line of cells, and of volumes.
+_OUTLINE: Properties = {"from_zero": False, "across": True, "error_kind": "edge"}
+_ALONG_X: Properties = {
+    "from_zero": False,
+    "is_headline": False,
+    "of_line": True,
+    "error_kind": "edge",
+}
+_ALONG_Y: Properties = {"is_headline": False, **_OUTLINE}
+_VOLUME: Properties = {"may_be_logarithmic": True, "error_kind": "volume"}
 
 
 class Measures:
@@ -156,7 +159,7 @@ class Measures:
         sticks = self.state.reduced.stick.any()
         return float(SlidingRegime.PARTIAL_SLIP if sticks else SlidingRegime.GROSS_SLIP)
 
-    @scalar("1", "sliding ratio", symbol="$A$", unit="1", may_lack=True)
+    @scalar("1", "sliding ratio", symbol="$A$", unit="1", may_lack=True, error_kind="cycle")
     def sliding_ratio(self) -> float:
         """Dissipated energy over 4 U Q; U is the displacement amplitude (of the rig, if any)."""
         force = self.tangential_force
@@ -164,7 +167,13 @@ class Measures:
         return self.dissipated_energy / work if work else nan
 
     @scalar(
-        "1", "energy sliding criterion", symbol="$B$", unit="1", is_at_snapshots=True, may_lack=True
+        "1",
+        "energy sliding criterion",
+        symbol="$B$",
+        unit="1",
+        is_at_snapshots=True,
+        may_lack=True,
+        error_kind="cycle",
     )
     def sliding_criterion(self) -> float:
         """Dissipated energy over 4 U0 Q, U0 half the loop's width at Q = 0; only at snapshots."""
@@ -190,12 +199,27 @@ class Measures:
             self.state.geometry, self.state.reduced.stick, self.stick_area, self.stick_half_width_x
         )
 
-    @scalar("m", "scar half-width along x", symbol="$b_x$", unit="µm", from_zero=False)
+    @scalar(
+        "m",
+        "scar half-width along x",
+        symbol="$b_x$",
+        unit="µm",
+        from_zero=False,
+        error_kind="edge",
+    )
     def scar_half_width_x(self) -> float:
         """Half the extent over all lines, where the scar is deeper than 1 % of its maximum."""
         return self._scar[0]
 
-    @scalar("m", "scar half-width along y", symbol="$b_y$", unit="µm", **_OUTLINE)
+    @scalar(
+        "m",
+        "scar half-width along y",
+        symbol="$b_y$",
+        unit="µm",
+        from_zero=False,
+        across=True,
+        error_kind="edge",
+    )
     def scar_half_width_y(self) -> float:
         """Half the extent over all lines, where the scar is deeper than 1 % of its maximum."""
         return self._scar[1]
@@ -220,24 +244,36 @@ class Measures:
         """Outermost edge on the line of cells nearest x = 0."""
         return self._half_widths[1][1]
 
-    @scalar("m2", "contact area", symbol=r"$A_\mathrm{c}$")
+    @scalar("m2", "contact area", symbol=r"$A_\mathrm{c}$", error_kind="edge")
     def contact_area(self) -> float:
         """With edges located within cells: the sum of contact_fraction, not of contact_state."""
         return self._zones[0].area
 
-    @scalar("m2", "stick area", symbol=r"$A_\mathrm{stick}$")
+    @scalar("m2", "stick area", symbol=r"$A_\mathrm{stick}$", error_kind="edge")
     def stick_area(self) -> float:
         """With edges located within cells: the sum of stick_fraction, not of contact_state."""
         return self._zones[1].area
 
     @scalar(
-        "Pa", "mean stick pressure", symbol=r"$\bar{p}_\mathrm{stick}$", unit="MPa", may_lack=True
+        "Pa",
+        "mean stick pressure",
+        symbol=r"$\bar{p}_\mathrm{stick}$",
+        unit="MPa",
+        may_lack=True,
+        error_kind="edge",
     )
     def mean_stick_pressure(self) -> float:
         """Load over area, with edges located within cells; NaN where nothing sticks."""
         return self._stick_load / self.stick_area if self.stick_area else nan
 
-    @scalar("1", "stick share of the load", symbol=r"$P_\mathrm{stick}/P$", unit="%", may_lack=True)
+    @scalar(
+        "1",
+        "stick share of the load",
+        symbol=r"$P_\mathrm{stick}/P$",
+        unit="%",
+        may_lack=True,
+        error_kind="edge",
+    )
     def stick_load_share(self) -> float:
         """With edges located within cells; NaN where nothing sticks."""
         carries = self.stick_area and self._carried
@@ -249,7 +285,7 @@ class Measures:
         symbol=r"$p_\mathrm{max}$",
         unit="MPa",
         is_headline=False,
-        may_diverge=True,
+        error_kind="peak",
     )
     def peak_pressure(self) -> float:
         """Of a single cell; with an infinite error if wear makes it singular at the stick edge."""
@@ -266,22 +302,28 @@ class Measures:
         lines = self.state.geometry.axis_cells(0)
         return float(np.mean([self.state.pressure[line][0] for line, _ in lines]))
 
-    @scalar("m3", "wear volume", symbol="$V$", may_be_logarithmic=True)
+    @scalar("m3", "wear volume", symbol="$V$", **_VOLUME)
     def wear_volume(self) -> float:
         """Of both bodies since cycle 0."""
         return self.state.geometry.integral(self.state.wear)
 
-    @scalar("m", "maximum wear depth", symbol=r"$w_\mathrm{max}$")
+    @scalar("m", "maximum wear depth", symbol=r"$w_\mathrm{max}$", error_kind="depth")
     def maximum_wear_depth(self) -> float:
         """Of both bodies together since cycle 0."""
         return float(self.state.wear.max())
 
-    @scalar("m3", "plastic volume")
+    @scalar("m3", "plastic volume", error_kind="edge")
     def plastic_volume(self) -> float:
         """Displaced since cycle 0."""
         return self.state.geometry.integral(self.state.plastic)
 
-    @scalar("J", "dissipated energy per cycle", symbol=r"$E_\mathrm{d}$", may_be_logarithmic=True)
+    @scalar(
+        "J",
+        "dissipated energy per cycle",
+        symbol=r"$E_\mathrm{d}$",
+        may_be_logarithmic=True,
+        error_kind="cycle",
+    )
     def dissipated_energy(self) -> float:
         """From +Q over -Q back to +Q."""
         return self.problem.dissipated_energy(self.state, self.state.geometry)
@@ -291,7 +333,7 @@ class Measures:
         "wear volume of the indenter",
         symbol="$V_1$",
         needs=lambda measures: measures._wear_of_each,
-        may_be_logarithmic=True,
+        **_VOLUME,
     )
     def wear_volume_indenter(self) -> float:
         """Since cycle 0."""
@@ -302,7 +344,7 @@ class Measures:
         "wear volume of the flat",
         symbol="$V_2$",
         needs=lambda measures: measures._wear_of_each,
-        may_be_logarithmic=True,
+        **_VOLUME,
     )
     def wear_volume_flat(self) -> float:
         """Since cycle 0."""
@@ -375,79 +417,6 @@ def fractions(problem: WearProblem, state: State, plane: Geometry) -> tuple[Arra
     return contact, stick
 
 
-class Described(NamedTuple):
-    """A snapshot in numbers."""
-
-    scalars: dict[str, float]  # by name
-    tips: NextTips
-
-
-def described(workspace: Workspace, state: State) -> Described:
-    """Describe a snapshot."""
-    measures = Measures(workspace.problem.of(state), state, workspace)
-    return Described(measures.at_snapshot(), next_tips(state))
-
-
-def next_tips(state: State) -> NextTips:
-    """The tips next to touching, by the name of the half-width, m, that would jump to them."""
-    zones = {
-        "contact": (state.in_contact, state.gap),
-        "stick": (state.reduced.stick, state.reduced.gap),
-    }
-    return {
-        f"{zone}_half_width_{axis_name}": next_tip(state.geometry.axis_cells(axis), *fields)
-        for zone, fields in zones.items()
-        for axis, axis_name in enumerate("xy")
-    }
-
-
-def scatter(state: State) -> dict[str, float]:
-    """Standard deviations, in SI units, of the scalars that depend on where edges cut cells.
-
-    The edges of a zone lie anywhere in their cells, independent of each other: `Zone.deviations`.
-    The load in a stick zone varies by the pressure at its edge, its mean pressure by the difference
-    of this from the mean.
-    """
-    geometry, pressure, deviations = state.geometry, state.pressure, {}
-    zones = {
-        "contact": (state.in_contact, Evidence(state.pressure, state.gap, state.opening)),
-        "stick": (state.reduced.stick, Evidence(state.reduced.pressure, state.reduced.gap)),
-    }
-    for zone_name, (cells, evidence) in zones.items():
-        zone = geometry.zone(Region(cells, geometry.extent[0], evidence))
-        deviations[f"{zone_name}_area"] = float(np.linalg.norm(zone.deviations))
-        for axis, axis_name in enumerate("xy"):
-            name = f"{zone_name}_half_width_{axis_name}"
-            deviations[name] = deviation(geometry.axis_cells(axis), cells)
-        along_x = deviations[f"{zone_name}_half_width_x"]
-        radius = _radius(geometry, cells, zone.area, 0.0)
-        by_area = deviations[f"{zone_name}_area"] / (2.0 * pi * radius) if radius else along_x
-        deviations[f"{zone_name}_radius"] = by_area
-    for axis, extent in enumerate(scar_half_widths(state)):
-        if isinstance(geometry, Grid):
-            width = geometry.spacing[axis]
-        else:
-            width = float(np.interp(extent, geometry.x, np.ravel(geometry.widths)))
-        # The end of a scar is interpolated between the depths of two cells.
-        spread = 0.5 * WITHIN_A_CELL * width
-        deviations[f"scar_half_width_{'xy'[axis]}"] = spread * (extent > 0.0)
-    inner, outer = (pressure.ravel()[side] for side in (zone.inside, zone.outside))
-    at_edge = 2.0 * inner * outer / np.maximum(inner + outer, np.finfo(float).tiny)
-    carried, area = geometry.integral(pressure), zone.area
-    mean = geometry.integral(np.where(cells, pressure, 0.0)) / area if area else 0.0
-    of_load, of_mean = (
-        float(np.linalg.norm(change * zone.deviations)) for change in (at_edge, at_edge - mean)
-    )
-    deviations["stick_load_share"] = of_load / carried if carried else 0.0
-    deviations["mean_stick_pressure"] = of_mean / area if area else 0.0
-    return deviations
-
-
-def uncertainty(problem: WearProblem, state: State, peak: float) -> tuple[dict[str, float], float]:
-    """The `scatter` of a snapshot, and by how much its peak, Pa, may be too low."""
-    return scatter(state), unresolved_peak(problem, state, peak)
-
-
 def share_beyond_friction(problem: WearProblem, state: State) -> float:
     """Share of the stick zone in which friction cannot bear µ (p − p*) of a slip model: p* > 2p."""
     stick, integral = state.reduced.pressure, state.geometry.integral
@@ -457,33 +426,26 @@ def share_beyond_friction(problem: WearProblem, state: State) -> float:
     return overloaded / whole if whole > 0.0 else 0.0
 
 
-def unresolved_peak(problem: WearProblem, state: State, peak: float) -> float:
-    """By how much a peak pressure, Pa, may exceed the largest mean over a cell.
+def largest_pressure(problem: WearProblem, state: State) -> float:
+    """The largest pressure of a state, Pa, or what bounds it if the cells do not show it.
 
     Wear beside a stick zone moves pressure to its edge. If slip follows the shape, the pressure of
-    elastic bodies becomes singular there after a finite number of cycles: it rises with the inverse
-    root of the distance, so the largest mean over a cell grows without bound as cells get narrower,
-    up to the plastic limit. The mean over the last of four equal cells at such an edge is twice the
-    mean over all of them, and likewise at the end of a punch. On a grid, whose cells at the edge
-    are no narrower than others, the peak counts as regular until wear has doubled the gap of the
-    reduced contact there.
+    elastic bodies there becomes singular after a finite number of cycles: the mean over the last of
+    four equal cells is twice the mean over all of them, and likewise at the end of a punch. On a
+    grid, whose cells at the edge are no narrower than others, the pressure counts as regular until
+    wear has doubled the gap of the reduced contact beside the edge.
     """
     geometry, reduced, pressure = state.geometry, state.reduced, state.pressure
-    largest, stick = float(pressure.max()), reduced.stick
     if problem.rough is None and not isinstance(geometry, Grid):
-        ends = isfinite(problem.indenter.end)
-        insides = [
-            line[max(cells[-1] - _ALONG + 1, 0) : cells[-1] + 1]
-            for zone in (stick, pressure > 0.0)[: 1 + ends]
-            for sticks, line in zip(zone.T, pressure.T, strict=True)
-            if (cells := np.flatnonzero(sticks)).size
-        ]
-        is_singular = any(bool(p[-1] > _RESOLVED * p.mean()) for p in insides)
+        zones = (reduced.stick, pressure > 0.0)[: 1 + isfinite(problem.indenter.end)]
+        ends = [int(np.flatnonzero(zone)[-1]) for zone in zones if zone.any()]
+        last = [pressure[max(end - _ALONG + 1, 0) : end + 1] for end in ends]
+        is_singular = any(bool(each[-1, 0] > _RESOLVED * each.mean()) for each in last)
     else:
-        neighbours = geometry.zone(Region(stick, geometry.extent[0])).outside
+        neighbours = geometry.zone(Region(reduced.stick, geometry.extent[0])).outside
         opened, gap = (field.ravel()[neighbours] for field in (state.opening, reduced.gap))
         is_singular = bool(problem.slip_model.follows_shape and (opened > _DOUBLED * gap).any())
-    return max((problem.plastic_limit if is_singular else largest) - peak, 0.0)
+    return problem.plastic_limit if is_singular else float(pressure.max())
 
 
 def half_width(
@@ -503,8 +465,7 @@ def half_width(
     for line, distance in lines:
         edge = _edge(distance, cells[line], gap[line], plane_strain)
         if tips and edge > 0.0:
-            tips_outside = _tips_beyond(line, distance, cells, gap)
-            edge = max([edge, *(place for lowest, place in tips_outside if lowest < 0.0)])
+            edge = max([edge, *_touching_tips(line, distance, cells, gap)])
         edges.append(edge)
     return sum(edges) / len(edges)
 
@@ -574,35 +535,11 @@ def stick_half_width(lines: Lines, pressure: Array) -> float:
     return sum(edges) / len(edges)
 
 
-def deviation(lines: Lines, cells: Mask) -> float:
-    """Standard deviation of the half-width of a zone on the lines of an axis, m."""
-    ends = [(distance, np.flatnonzero(cells[line])) for line, distance in lines]
-    widths = [np.diff(distance)[zone[-1:]].sum() for distance, zone in ends]
-    return WITHIN_A_CELL * float(np.mean(widths))
+def _touching_tips(line: Way, distance: Array, cells: Mask, gap: Array) -> list[float]:
+    """Outer edges, m, of tips on a line that touch beyond the last cell of a zone, between centres.
 
-
-def next_tip(lines: Lines, cells: Mask, gap: Array) -> tuple[float, float]:
-    """The next tip to touch outside a zone: jump of the half-width, m, and its gap, m.
-
-    The half-width on the lines of an axis is uncertain by the jump while the tip nearly touches.
-    The gap is at the top of the tip, negative where it touches. Without a tip, both are 0 and NaN.
-    """
-    tips = [
-        (abs(lowest), (edge - float(distance[last])) / len(lines), lowest)
-        for line, distance in lines
-        if (zone := np.flatnonzero(cells[line])).size
-        for last in zone[-1:]
-        for lowest, edge in _tips_beyond(line, distance, cells, gap)
-    ]
-    return min(tips)[1:] if tips else (0.0, nan)
-
-
-def _tips_beyond(line: Way, distance: Array, cells: Mask, gap: Array) -> list[tuple[float, float]]:
-    """The tips on a line beyond the last cell of a zone, the nearest first, in m.
-
-    Each has the gap at its lowest point, and the outer edge of its contact or its place. Parabolas
-    along the line and across it have their vertices at the lowest point. A paraboloid of radius R
-    that is pressed in by δ touches within √(Rδ).
+    Parabolas along the line and across it have their vertices where the tip is lowest. A paraboloid
+    of radius R that is pressed in by δ touches within √(Rδ).
     """
     here, last = gap[line], int(np.flatnonzero(cells[line])[-1])
     near, middle, far = here[last:-2], here[last + 1 : -1], here[last + 2 :]
@@ -613,15 +550,15 @@ def _tips_beyond(line: Way, distance: Array, cells: Mask, gap: Array) -> list[tu
     across, row = np.moveaxis(gap, axis, 0)[line[axis]], line[1 - axis]
     assert isinstance(row, int)
     rows = [min(max(neighbour, 0), across.shape[1] - 1) for neighbour in (row - 1, row, row + 1)]
-    tips = []
+    edges = []
     for tip in minima.tolist():
         place, bend, fall = _vertex(here[tip - 1 : tip + 2])
         *_, deeper = _vertex(across[tip, rows])
         lowest = float(here[tip]) - fall - deeper
-        radius = sqrt(max(-lowest, 0.0) / bend)
-        edge = distance[tip] + (place + min(radius, 0.5)) * (distance[tip + 1] - distance[tip])
-        tips.append((lowest, float(edge)))
-    return tips
+        if lowest < 0.0:
+            reach = place + min(sqrt(-lowest / bend), 0.5)
+            edges.append(float(distance[tip] + reach * (distance[tip + 1] - distance[tip])))
+    return edges
 
 
 def _vertex(gaps: Array) -> tuple[float, float, float]:
