@@ -21,7 +21,7 @@ _WORKFLOW = "Steps of the workflow"
 class _Commands(TyperGroup):
     """The group of all commands; an error that ends one becomes a message and a status."""
 
-    def invoke(self, ctx: Any) -> Any:
+    def invoke(self, ctx: Any) -> object:
         """Run a command; typer itself answers calls that it cannot parse."""
         try:
             return super().invoke(ctx)

@@ -81,7 +81,7 @@ def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset])
     value of the first parameter. Text is written as `without_text` says. `DataFileError` if the
     disk is full or the folder, created if necessary, cannot be written to.
     """
-    values: list[tuple[ArrayLike, netCDF4.Variable[Any]]] = []
+    values: list[tuple[ArrayLike, netCDF4.Variable[np.generic]]] = []
     writer = SimpleNamespace(add=lambda source, target: values.append((source, target)))
     # `to_netcdf` would open the file for each group and end definitions for each variable, which
     # takes three times as long. `dump_to_store` is not documented; a test names its replacement.
@@ -173,7 +173,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     return dataset.fretwear.full() if full else dataset
 
 
-def _check_case(path: Path, attributes: Mapping[str, object], names: Collection[Any]) -> None:
+def _check_case(path: Path, attributes: Mapping[str, object], names: Collection[object]) -> None:
     """Raise a `DataFileError` unless a file has the attributes and variables of one case."""
     if CASE_ID.name not in attributes or STATUS.name in names:
         raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
@@ -211,7 +211,7 @@ class Header(NamedTuple):
     """Dimensions and attributes of a variable of a file."""
 
     dims: tuple[str, ...]
-    attributes: Mapping[str, Any]
+    attributes: Mapping[str, object]
 
 
 Headers: TypeAlias = dict[tuple[str, str], Header]
@@ -220,7 +220,7 @@ Headers: TypeAlias = dict[tuple[str, str], Header]
 
 def read_case(
     path: str | os.PathLike[str], headers: Headers
-) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+) -> tuple[dict[str, Any], dict[str, NDArray[np.generic]]]:
     """Read the parts of a case in a merged study: attributes, and arrays by name.
 
     These are scalars, the fields of `MERGED_PROFILES` on the line of cells nearest y = 0, and the
@@ -251,7 +251,7 @@ def read_case(
     return attributes, arrays
 
 
-def _array(file: h5py.File, name: str) -> NDArray[Any]:
+def _array(file: h5py.File, name: str) -> NDArray[np.generic]:
     """Read an array in a third of the time that ``file[name][()]`` takes."""
     stored = h5py.h5d.open(file.id, name.encode())
     values = np.empty(stored.shape, stored.dtype)
@@ -291,7 +291,7 @@ def _hdf5(path: str | os.PathLike[str]) -> Iterator[h5py.File]:
 
 def read_arrays(
     path: str | os.PathLike[str], names: Iterable[str], rows: slice = slice(None)
-) -> dict[str, NDArray[Any]]:
+) -> dict[str, NDArray[np.generic]]:
     """Read some rows of arrays of a case file; missing arrays are left out.
 
     `DataFileError` if the file is missing or damaged.
