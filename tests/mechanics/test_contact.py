@@ -337,6 +337,10 @@ def test_short_stages_keep_their_accuracy():
     derivative = sum(n * exponents ** (n - 1) / np.prod(np.arange(2, n + 2)) for n in range(1, 9))
     # As the solver is told it, in single precision and in its own units.
     np.testing.assert_allclose(stage.scaled_tangent(3e-4, exponents), derivative / 3e-4, rtol=1e-6)
+    # Less wear than a threshold withholds is none, whatever a little more pressure adds.
+    resting = replace(stage, reduced_gap=one, shift=None, withheld=0.5)
+    assert not resting.displacement(exponents).any()
+    assert not resting.scaled_tangent(1.0, exponents).any()
     endless = np.full_like(exponents, 1e9)
     for value in (stage.displacement(endless), stage.scaled_tangent(1.0, endless)):
         assert np.isfinite(value).all()

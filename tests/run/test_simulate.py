@@ -9,6 +9,7 @@ import xarray as xr
 from fretwear.mechanics.contact.problem import Accuracy, ContactError
 from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
+from fretwear.run import progress
 from fretwear.run.errors import (
     EDGE,
     MARGINS,
@@ -17,7 +18,8 @@ from fretwear.run.errors import (
     summed_errors,
     wear_in_errors,
 )
-from fretwear.run.simulate import ResultWarning, Step, run, simulate
+from fretwear.run.progress import progress_bar
+from fretwear.run.simulate import ResultWarning, Step, run, simulate, steps
 from fretwear.theory import HertzContact, PartialSlip
 from fretwear.variable import ContactState
 
@@ -205,6 +207,21 @@ def test_history_holds_every_step_and_observers_see_each():
         np.testing.assert_array_equal(history[key][at_snapshots], ds[key])
     assert int(history.convolutions.sum()) == seen[-1].state.convolutions
     assert {step.last_cycle for step in seen} == {1000}
+
+
+@pytest.mark.parametrize(("seconds", "told"), [(0.0, [0, 10, 100]), (3600.0, [0, 100])])
+def test_without_a_terminal_lines_tell_the_first_step_the_last_and_some_between(
+    seconds, told, monkeypatch
+):
+    monkeypatch.setattr(progress, "SECONDS_BETWEEN_LINES", seconds)
+    case, lines = make(cycles=100, cell="20 um", output_cycles=[10]), []
+    every = {step.state.cycle: step for step in steps(case)}
+    with progress_bar(case, lines.append) as show:
+        for cycle in (0, 10, 100):
+            show(every[cycle])
+    assert [line.split(":")[1].split(",")[0] for line in lines] == [
+        f" cycle {c} of 100" for c in told
+    ]
 
 
 @pytest.mark.slow

@@ -15,6 +15,7 @@ from fretwear.run.simulate import ResultWarning, simulate, steps
 from fretwear.run.states import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.study.case_warnings import CaseWarning, case_warnings, study_warnings
+from fretwear.study.memory import affordable_width, memory_of
 from fretwear.study.plan import estimate
 from fretwear.theory import HertzContact, LimitingState, LineContact, PartialSlip
 
@@ -74,6 +75,8 @@ def test_cells_snapshots_cycles_and_tolerance_cost_what_they_take():
     few, many = (estimate(steel(output_cycles=asked)) for asked in ((), range(0, 1000, 100)))
     assert few.seconds < many.seconds < 1.3 * few.seconds
     assert estimate(steel(cell=1e-9)).memory_bytes > 1e12
+    less, more = (estimate(steel(tangential_ratio=ratio)) for ratio in (0.2, 0.8))
+    assert less.steps == near(0.5 * more.steps)
     tight, usual = (estimate(steel(tolerance=t)) for t in (1e-3, 1e-2))
     assert tight.steps > 1.5 * usual.steps
 
@@ -266,6 +269,23 @@ def test_a_ring_that_the_grid_does_not_see_is_told_once_it_yields(ratio, times, 
     assert not case_warnings(steel(**capped, cycles=int(yields / 1.4)))
     (warning,) = case_warnings(steel(**capped, cycles=math.ceil(yields)))
     assert "narrower than a cell" in warning.what
+
+
+@pytest.mark.parametrize(("times", "yields"), [(2.0, False), (3.6, True)])
+def test_the_edge_of_stick_yields_where_wear_has_raised_its_pressure_to_the_limit(times, yields):
+    capped = steel(tangential_ratio=0.5, plastic_limit=1.3 * steel().hertz_pressure)
+    setup = capped.cells.setup
+    edge = float(setup.hertz.pressure(setup.stick_radius))
+    cycles = times * (1.0 - edge / setup.slip_limit) / (setup.wear_growth * edge)
+    case = capped.replace(cycles=round(cycles), tolerance=0.1, error_estimate=False)
+    *_, last = steps(case)
+    assert last.state.plastic.any() == case.cells.edge_yields == yields
+
+
+def test_the_narrowest_cells_take_two_gigabytes():
+    case = steel(roughness=WAVES, cell="0.7 um")
+    width = affordable_width(case)
+    assert memory_of(case, width) <= 2 * 1024**3 < memory_of(case, width / 2**0.25)
 
 
 def test_a_study_names_quantity_case_and_remedy_of_the_largest_errors_first():
