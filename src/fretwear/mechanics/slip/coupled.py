@@ -13,10 +13,9 @@ along t ⊥ d; the slip turns with it to stay parallel: s·t = |s| w/µp. So a s
 
     T (K + |s|/µp) T v = T (s − K (µp d − q)),    T = 1 in stick, t tᵀ in slip,
 
-by conjugate gradients, preconditioned by the inverse symbol. The step is projected on the discs. It
-is taken whole if it halves the residual or does not raise the energy, and otherwise up to the least
-energy on the way. If steps do not reduce the residual, accelerated projected gradients take over,
-which converge from any start: Beck and Teboulle, SIAM J. Imaging Sci. 2 (2009), restarted as by
+by conjugate gradients, preconditioned by the inverse symbol. The step is projected on the discs
+and taken if it halves the residual. Otherwise accelerated projected gradients follow, which
+converge from any start: Beck and Teboulle, SIAM J. Imaging Sci. 2 (2009), restarted as by
 O'Donoghue and Candès, Found. Comput. Math. 15 (2015).
 """
 
@@ -36,9 +35,8 @@ from fretwear.mechanics.slip.shear import GridShear
 
 # Iterations of conjugate gradients, and of all projected gradients.
 _LARGEST_ITERATIONS, _LARGEST_GRADIENTS = 40, 20000
-# Projected gradients in a row at first, if the residual of a start is at least so large, after so
-# many Newton steps in vain, or after one that descends by less than a part.
-_GRADIENTS, _FAR, _PATIENCE, _LEAST_PART = 5, 0.05, 3, 0.05
+# Projected gradients in a row at first, and the residual of a start above which they come first.
+_GRADIENTS, _FAR = 5, 0.05
 # Residual to which a start is computed on wider cells.
 _COARSE = 1e-3
 # Factors by which a linear problem is solved: proportional to the residual, within bounds.
@@ -255,8 +253,8 @@ class _Descent:
     def solve(self, start: Array | None, tolerance: float) -> Sheared:
         """Iterate until the residual is below the tolerance.
 
-        Whenever some Newton steps in a row do not halve the least residual, projected gradients
-        follow, twice as many each time, so that it ends.
+        Whenever a Newton step does not halve the residual, projected gradients take its place,
+        twice as many each time, so that it ends.
         """
         if start is None:
             traction = self.projected(np.zeros((2, self.cells.size)), self.given)[0]
@@ -267,41 +265,23 @@ class _Descent:
         lacks = np.abs(self.total - traction.sum(axis=1))[: self.axes]
         guessed = bool((lacks > 10.0 * BALANCED * self.bound.sum()).any())
         state = self.at(traction, self.displaced(traction) - self.offset, self.given)
-        least, count = np.inf, _GRADIENTS
-        vain = _PATIENCE if state.error > _FAR and not guessed else 0
+        count, is_far = _GRADIENTS, state.error > _FAR and not guessed
         while guessed or state.error > tolerance:
             if self.gradients > _LARGEST_GRADIENTS:
                 reached = f"residual {state.error:.1e} instead of {tolerance:.0e}"
                 raise ContactError(f"the shear tractions did not converge: {reached}")
-            vain = vain + 1 if state.error > 0.5 * least or least == np.inf else 0
-            least = min(least, state.error)
-            following = self._newton(state, guessed, tolerance) if vain <= _PATIENCE else None
-            if following is None:
+            following = None if is_far else self._newton(state, tolerance)
+            if following is None or not (guessed or following.error <= 0.5 * state.error):
                 following = self._descend(state, count, tolerance)
-                count, vain = 2 * count, 0
-            state, guessed = following, False
+                count *= 2
+            state, guessed, is_far = following, False, False
         return self._result(state)
 
-    def _newton(self, state: _State, guessed: bool, tolerance: float) -> _State | None:
-        """The state after a step, or at the least energy on the way; None without descent.
-
-        The first step from a guess corrects its force, and may raise the energy.
-        """
+    def _newton(self, state: _State, tolerance: float) -> _State:
+        """The state after a step. The first step from a guess corrects its force."""
         target = self.projected(state.traction + self._step(state, tolerance), 0.0 * state.far)[0]
-        step = target - state.traction
-        moved = self.displaced(step)
-        full = self.at(target, state.moved + moved, state.far)
-        if guessed or full.error <= 0.5 * state.error:
-            return full
-        # The force is unchanged, so displacements of distant points do no work.
-        descent = float((step * (state.pushed - state.traction)).sum())
-        stiffness = float((step * self.at_cells(moved)).sum())
-        part = descent / stiffness if stiffness > 0.0 else 0.0
-        if part >= 0.5:
-            return full
-        if part <= _LEAST_PART:
-            return None
-        return self.at(state.traction + part * step, state.moved + part * moved, state.far)
+        moved = state.moved + self.displaced(target - state.traction)
+        return self.at(target, moved, state.far)
 
     def _descend(self, state: _State, count: int, tolerance: float) -> _State:
         """The state after some accelerated projected gradients."""
