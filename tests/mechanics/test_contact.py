@@ -344,3 +344,9 @@ def test_short_stages_keep_their_accuracy():
     endless = np.full_like(exponents, 1e9)
     for value in (stage.displacement(endless), stage.scaled_tangent(1.0, endless)):
         assert np.isfinite(value).all()
+
+
+def test_active_sets_take_a_few_convolutions_where_projected_gradients_take_hundreds():
+    for roughness in (SMOOTH, ROUGH):
+        contact = solve_contact(pressed(window((24, 24)), roughness=roughness), tolerance=1e-8)
+        assert contact.convolutions <= 60
