@@ -111,7 +111,7 @@ def case_dataset(
         values, apart = (np.abs(np.asarray(table[scalar.name])) for table in (scalars, errors))
         counts = values > _TRACE * np.nan_to_num(values).max(initial=0.0)
         relative[scalar.words] = float((apart[counts] / values[counts]).max(initial=0.0))
-    of_run = trouble, beyond_friction, unreached
+    of_run = trouble, beyond_friction, unreached, _thinned(computed, fields)
     measured = case.asked_accuracy is not None
     reasons = case_warnings(computed, relative, *of_run, measured=measured)
     attributes = {
@@ -127,6 +127,18 @@ def case_dataset(
         "complete": 1,
     }
     return xr.Dataset(variables, coordinates, attributes)
+
+
+def _thinned(case: Case, fields: Mapping[str, ArrayLike]) -> float:
+    """Largest mean wear depth of the flat under the contact over the thickness of its coating."""
+    if case.coating is None:
+        return 0.0
+    worn = np.asarray(fields.get("wear_depth_flat", fields["wear_depth"]), np.float64)
+    touched = np.asarray(fields["contact_fraction"], np.float64)
+    within = tuple(range(1, worn.ndim))
+    area = np.maximum(touched.sum(axis=within), np.finfo(np.float64).tiny)
+    mean = (worn * touched).sum(axis=within) / area
+    return float(mean.max()) / case.coating.thickness
 
 
 def history_dataset(steps: Mapping[str, ArrayLike], frame: ContactFrame) -> xr.Dataset:

@@ -46,6 +46,7 @@ _BEYOND_CONTACT = 1.06
 _SHALLOW = 0.01
 _UNEQUAL = 4.0
 _EDGES = {"contact": MUTED, "stick": CATEGORICAL[0]}
+_EXPOSED, _WORN_THROUGH = CATEGORICAL[2], 0.9999  # of the thickness, which wear may not exceed
 _REGIMES = {
     "partial slip": ("o", CATEGORICAL[0]),
     "mixed": ("D", CATEGORICAL[5]),
@@ -62,6 +63,7 @@ class WearMap:
     y: Array
     depth: Array  # shape (nx, ny)
     fractions: Mapping[str, Array]  # parts of the cells in contact and sticking, shape (nx, ny)
+    thinned: Array | None  # wear depth of a coated flat over the thickness; None: uncoated
     cycle: int
     is_smooth: bool
 
@@ -78,6 +80,8 @@ def wear_map(
     cases: TitledCases, cycle: int | None = None, *, columns: Columns = 2, ax: Axes | None = None
 ) -> Figure:
     """Draw the wear depth over the whole contact with the edges of contact and stick zone.
+
+    Where a coating is worn through, the edge of the exposed substrate is dashed.
 
     The depth is shown after `cycle`, by default the last snapshot, over x and y in µm. On rough
     surfaces edges surround each spot of contact. Several cases have one scale of depth: if one scar
@@ -103,6 +107,9 @@ def wear_map(
         caption(figure, "Colours vary as the square root of the depth.")
     keys = [Line2D([], [], color=color) for color in _EDGES.values()]
     names = ["edge of contact", "edge of stick zone"]
+    if any(scar.thinned is not None for scar in scars):
+        keys.append(Line2D([], [], color=_EXPOSED, linestyle="--"))
+        names.append("edge of exposed substrate")
     add_key(ax or figure, keys, names)
     return figure
 
@@ -110,7 +117,13 @@ def wear_map(
 def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     """Take the scar of one case, mirrored to the whole contact."""
     state = snapshots(dataset, cycle, "wear_depth", "contact_state").isel(cycle=-1)
-    fields = ["wear_depth", "contact_state", "contact_fraction", "stick_fraction"]
+    fields = [
+        "wear_depth",
+        "wear_depth_flat",
+        "contact_state",
+        "contact_fraction",
+        "stick_fraction",
+    ]
     whole = mirrored(state[[name for name in fields if name in state]]).transpose("x", "y")
     x, y, depth = (whole[name].values.astype(np.float64) for name in ("x", "y", "wear_depth"))
     zone = whole["contact_state"]
@@ -119,7 +132,11 @@ def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
         name: whole.get(f"{name}_fraction", region).values.astype(np.float64)
         for name, region in cells.items()
     }
-    return WearMap(x, y, depth, fractions, int(state["cycle"]), is_smooth(dataset))
+    thinned = None
+    if "coating_thickness" in dataset.coords:
+        worn = whole.get("wear_depth_flat", whole["wear_depth"]).values.astype(np.float64)
+        thinned = worn / float(dataset["coating_thickness"])
+    return WearMap(x, y, depth, fractions, thinned, int(state["cycle"]), is_smooth(dataset))
 
 
 def depth_scale(deepest: ArrayLike) -> Normalize:
@@ -147,6 +164,8 @@ def draw_wear_map(axes: Axes, scar: WearMap, unit: Unit, scale: Normalize) -> Ax
         if part.min() < 0.5 < part.max():
             width = 1.0 if scar.is_smooth else 0.5
             axes.contour(x, y, part.T, [0.5], colors=[color], linewidths=width)
+    if scar.thinned is not None and scar.thinned.min() < _WORN_THROUGH < scar.thinned.max():
+        axes.contour(x, y, scar.thinned.T, [_WORN_THROUGH], colors=[_EXPOSED], linestyles="--")
     axes.set(xlim=(-limit, limit), ylim=(-limit, limit))
     axes.set(xlabel="x (µm), direction of slip", ylabel="y (µm)")
     return image

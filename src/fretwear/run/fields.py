@@ -26,7 +26,7 @@ def snapshot_fields(
     plane = last.plane(workspace.problem.spacing)
     shape = plane.shape[: len(workspace.problem.frame.axes)]
     fields = [*FIELDS]
-    fields += BODY_FIELDS if snapshots[-1].wear_of_each(workspace.problem.wear_law) else ()
+    fields += BODY_FIELDS if snapshots[-1].wear_of_each(workspace.problem) else ()
     fields += VECTOR_FIELDS if snapshots[-1].reduced.sheared is not None else ()
     fields += (FRICTION_FIELD,) if workspace.problem.friction_law.follows_slip else ()
     stored = {field.name: np.empty((len(snapshots), *shape), field.dtype) for field in fields}
@@ -40,15 +40,17 @@ def snapshot_fields(
         law = problem.friction_law
         path = 4.0 * state.pressure * slip
         worn = problem.combined_wear_coefficient * problem.wear_ratio * path
+        if problem.interface is not None:
+            worn = worn * problem.interface.slope(state.wear)
         rate = np.maximum(worn - problem.withheld_depth, 0.0)
         shearing = law.ratio * state.pressure
         if isinstance(state, StrokeState):
-            rate = state.rates.sum(axis=0)
+            rate = state.rate(problem.interface)
         elif state.pulse is not None:
             rate = problem.combined_wear_coefficient * state.pulse.path
             slip = slip * state.pulse.share
             shearing = 0.5 * (state.pressure + state.pulse.least)
-        bodies = state.wear_of_each(problem.wear_law).values()
+        bodies = state.wear_of_each(problem).values()
         values_of = {
             "pressure": state.pressure,
             "reduced": reduced.pressure,

@@ -14,6 +14,7 @@ from fretwear.units import LENGTH, PRESSURE, format_quantity, number_text
 
 _NAMED = 3  # most results that a warning names
 FEW_POINTS = 20  # points measured on a contact radius; fewer barely show a roughness
+GREATEST_THINNING = 0.25  # mean wear depth over the thickness of a coating
 GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small slopes
 GREATEST_WIDTH = 0.1  # contact radius over the radius of curvature from which theory errs by some %
 # Hardness over E* that few materials exceed, hardened steel among them, and least E*, Pa, of
@@ -106,6 +107,7 @@ def case_warnings(
     trouble: str = "",
     beyond_friction: float = 0.0,
     unreached: CaseWarning | None = None,
+    thinned: float = 0.0,
     *,
     measured: bool = False,
 ) -> tuple[CaseWarning, ...]:
@@ -114,7 +116,8 @@ def case_warnings(
     Findings of a run are included: the largest estimated relative error of each result, by its
     words, or why errors could not be estimated; the share of the stick zone in which friction
     cannot bear the shear of the slip model; and a missed accuracy. Errors `measured` to choose the
-    cells are not repeated.
+    cells are not repeated. `thinned` is the mean wear depth under the contact over the thickness of
+    a coating.
     """
     checks = [_of_band, _of_slip, _of_surfaces, _of_unlike_bodies, _of_materials]
     warnings = [CaseWarning(*words) for check in checks for words in check(case)]
@@ -127,6 +130,10 @@ def case_warnings(
             "this contact and is cut to it"
         )
         detail = f"in {number_text(100.0 * beyond_friction, 2)} % of the stick zone"
+        warnings.append(CaseWarning(what, detail))
+    if thinned > GREATEST_THINNING:
+        what = "wears its coating thin, while the elastic layer keeps its thickness"
+        detail = f"mean wear depth under the contact {100.0 * thinned:.0f} % of the thickness"
         warnings.append(CaseWarning(what, detail))
     words, error = max((errors or {}).items(), key=lambda item: item[1], default=("", 0.0))
     if unreached is not None:

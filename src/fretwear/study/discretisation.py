@@ -315,7 +315,7 @@ class Discretisation:
         # Under an imposed displacement the tangential load falls as the contact wears.
         ratio = min(setup.tangential_ratio, NEARLY_GROSS if self.force_is_held else 0.95)
         limiting = setup.indenter.limiting(setup.hertz, ratio).contact_radius / setup.hertz_radius
-        worn = self.cycles * setup.wear_growth
+        worn = self.cycles * setup.largest_wear_growth
         grown = -math.expm1(-worn * setup.hertz_pressure / FOLDS_TO_LIMITING_STATE)
         wider = 1.0 + (limiting - 1.0) * grown
         if self.stick_shrinks:
@@ -345,7 +345,8 @@ class Discretisation:
         """Half-width, m, of the contact at the end of a run with strokes, from the worn volume."""
         setup = self.setup
         path = 4.0 * setup.loading.stroke * self.cycles * (1.0 - setup.debris_fraction)
-        volume = setup.combined_wear_coefficient * path * setup.load_at(0.0)
+        most = setup.combined_wear_coefficient * setup.faster_below
+        volume = most * path * setup.load_at(0.0)
         width = setup.hertz.scar_half_width(volume, setup.indenter.curvature_radius)
         return min(width, setup.indenter.end)
 
@@ -353,7 +354,7 @@ class Discretisation:
     def folds(self) -> float:
         """Wear β N p_lim: how often a contact at the plastic limit wears e-fold; 0 if elastic."""
         limit = self.setup.slip_limit
-        return 0.0 if math.isinf(limit) else self.cycles * self.setup.wear_growth * limit
+        return 0.0 if math.isinf(limit) else self.cycles * self.setup.largest_wear_growth * limit
 
     @cached_property
     def edge_yields(self) -> bool:
@@ -367,7 +368,7 @@ class Discretisation:
         if math.isinf(setup.plastic_limit):
             return False
         edge = float(setup.hertz.pressure(setup.stick_radius))
-        worn = self.cycles * setup.wear_growth * edge
+        worn = self.cycles * setup.largest_wear_growth * edge
         return worn > _TO_SINGULAR * (1.0 - edge / setup.slip_limit)
 
     @cached_property

@@ -112,7 +112,7 @@ def _steps(case: Case, tolerance: float) -> float:
     slip follows the worn shape, a step is no longer than the time in which wear frees a cell at the
     limit p, 1/(β p) cycles at the default tolerance.
     """
-    worn, snapshots = case.cycles * case.wear_growth, len(case.output_cycles)
+    worn, snapshots = case.cycles * case.largest_wear_growth, len(case.output_cycles)
     root = math.sqrt(math.log2(1.0 + worn * case.hertz_pressure) * min(case.tangential_ratio, 1.0))
     finer = (TIGHTER_ON_RINGS if issubclass(case.cells.geometry, Rings) else 1.0) * 0.01 / tolerance
     elastic = STEPS_PER_ROOT_OF_SLIP_AND_WEAR * root * finer**0.18

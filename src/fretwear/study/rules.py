@@ -194,6 +194,22 @@ def _of_local_energy(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
         yield Mistake("friction", None, "cannot follow the dissipated energy with junction_growth")
 
 
+@rule("coating", "wear_law", "wear_threshold", "debris_fraction")
+def _of_worn_coating(setup: Setup) -> Iterator[Mistake]:
+    """Below the interface the wear coefficient is another constant times the same exposure."""
+    if setup.coating is None or setup.coating.wear_coefficient is None:
+        return
+    key = "coating.wear_coefficient"
+    if setup.wear_law.follows_contact or setup.wear_law.needs_frequency:
+        rule = "cannot be combined with a wear coefficient that follows the contact"
+        yield Mistake(key, None, rule, "give the case's as a number or a pair")
+    if setup.wear_threshold:
+        yield Mistake(key, None, "cannot be combined with wear_threshold", "leave one out")
+    if setup.debris_fraction == 1.0:
+        rule = "cannot be combined with debris_fraction: 1"
+        yield Mistake(key, None, rule, "write debris_fraction: 0.999")
+
+
 @rule("indenter", "normal", "loading", "coating")
 def _of_coating(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
     """Coatings exclude closed forms of uncoated bodies and equal operators for p and q."""

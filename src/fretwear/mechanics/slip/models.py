@@ -27,6 +27,7 @@ The wear of one implicit step is a layer between the bodies: a larger pressure w
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import sqrt
 from typing import ClassVar, Literal, NamedTuple
 
@@ -37,6 +38,7 @@ from fretwear.mechanics.contact.cells import HalfSpace
 from fretwear.mechanics.contact.problem import ContactError, ContactProblem, Layer, solve_contact
 from fretwear.mechanics.slip.coupled import Sheared, shear
 from fretwear.mechanics.slip.shear import bodies_under_shear
+from fretwear.mechanics.surfaces.coating import Interface
 from fretwear.mechanics.surfaces.loading import Sliding
 from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.quantity import Part
@@ -52,6 +54,8 @@ _RESIDUAL, _TINY = 300.0, 1e-12
 _NO_DEPTH = 1e-9
 # `WearLayer`: bounds of exponent and tangent, and the exponent below which φ' is a line.
 _LARGEST_EXPONENT, _LARGEST_TANGENT, _SMALL_EXPONENT = 200.0, 1e30, 3e-5
+# Newton steps to the exponent at which wear reaches an interface, and their end.
+_CROSSINGS, _CROSSED = 30, 1e-12
 
 
 @dataclass(frozen=True)
@@ -479,6 +483,9 @@ class WearLayer(Layer):
 
     A threshold lowers dW/dN by a constant that would wear the depth w over the stage, as long as
     the cell wears at all: w φ(x) is then subtracted from both, down to W₀.
+
+    Below an interface the coefficient is ρ times that above, so x grows by ρ dx there: from the
+    exponent ξ on with which W reaches it, ξ + ρ (x − ξ) takes the place of x.
     """
 
     wear: Array  # W₀ at the start of the stage, m
@@ -490,6 +497,7 @@ class WearLayer(Layer):
     response: Array | None = None
     level: float | None = None
     withheld: float | Array = 0.0  # w, m
+    interface: Interface | None = None  # at a depth W, m
 
     def at(self, approach: float) -> WearLayer:
         """The layer at another approach, m."""
@@ -502,7 +510,8 @@ class WearLayer(Layer):
         """Derivative of the wear depth by the approach; not positive, like the response."""
         zeros = np.zeros_like(pressure)
         falls = zeros if self.response is None else -self.response
-        layer = replace(self, wear=zeros, reduced_gap=zeros, shift=falls, withheld=0.0)
+        x = self.exponent_under(pressure)
+        layer = WearLayer(zeros, zeros, falls, x, 0.0)
         return -layer.displacement(pressure) * self._wears(pressure)
 
     @property
@@ -520,7 +529,7 @@ class WearLayer(Layer):
 
     def add_displacement(self, pressure: Array, result: Array) -> None:
         """Add the wear depth, m, to a field; never less than at the start of the stage."""
-        x = self._exponent(pressure)
+        x = self.exponent_under(pressure)
         growth, drift = np.expm1(x), self._drift
         worn = growth * self.reduced_gap
         if drift is not None:
@@ -533,18 +542,52 @@ class WearLayer(Layer):
         result += worn
         result += self.wear
 
-    def _exponent(self, pressure: Array) -> Array:
-        """X = x₀ + τ p, bounded far above any real wear."""
+    def exponent_under(self, pressure: Array) -> Array:
+        """X = x₀ + τ p, bounded far above any real wear, and changed below an interface."""
         x = self.rate * pressure
         x += self.exponent
+        if self._changes is not None:
+            slowed = np.maximum(x - self.crossing, 0.0)
+            x += (self._changes - 1.0) * slowed
         return np.minimum(x, _LARGEST_EXPONENT, out=x)
+
+    @property
+    def _changes(self) -> float | None:
+        """ρ; None if nothing changes at an interface."""
+        return (
+            None if self.interface is None or self.interface.ratio == 1.0 else self.interface.ratio
+        )
+
+    @cached_property
+    def crossing(self) -> Array:
+        """ξ, by Newton's method on W(ξ), which is convex; zero in cells below the interface."""
+        assert self.interface is not None
+        left = np.where(self.interface.reached(self.wear), 0.0, self.interface.depth - self.wear)
+        shift = np.zeros_like(left) if self.shift is None else self.shift
+        gap, tiny = self.reduced_gap, np.finfo(np.float64).tiny
+        mean = np.maximum(gap + 0.5 * shift, 1e-9 * gap)
+        moves = (left > 0.0) & (mean > tiny) & np.isfinite(left)
+        found = np.where(left > 0.0, np.inf, 0.0)
+        left, shift, gap, mean = left[moves], shift[moves], gap[moves], mean[moves]
+        x = np.minimum(np.log1p(left / mean), _LARGEST_EXPONENT)
+        for _ in range(_CROSSINGS if self.shift is not None else 0):
+            growth, above = np.expm1(x), np.maximum(x, _SMALL_EXPONENT)
+            mean_growth = np.expm1(above) / above
+            missed = growth * gap + shift * (mean_growth - 1.0) - left
+            slope = (growth + 1.0) * gap + shift * (growth + 1.0 - mean_growth) / above
+            change = missed / np.maximum(slope, tiny)
+            x = np.clip(x - change, 0.0, _LARGEST_EXPONENT)
+            if (np.abs(change) <= _CROSSED * (1.0 + x)).all():
+                break
+        found[moves] = x
+        return found
 
     def scaled_tangent(self, unit: float, pressure: Array) -> Single:
         """Derivative of the wear depth in some unit, m/Pa; not negative.
 
         φ' = (eˣ − φ)/x loses its digits near zero; there it is a line of slope 1/3.
         """
-        x, drift = self._exponent(pressure), self._drift
+        x, drift = self.exponent_under(pressure), self._drift
         exponent = x if drift is None else np.maximum(x, _SMALL_EXPONENT)
         growth = np.expm1(exponent)
         slope = (growth + 1.0) * self.reduced_gap
@@ -556,4 +599,7 @@ class WearLayer(Layer):
             np.maximum(slope, 0.0, out=slope)
             slope *= self._wears(pressure)
         slope *= self.rate / unit
+        if self._changes is not None:
+            below = self.rate * pressure + self.exponent > self.crossing
+            slope *= np.where(below, self._changes, 1.0)
         return np.minimum(slope, _LARGEST_TANGENT, out=slope).astype(np.float32)

@@ -1,23 +1,31 @@
 """A coating of the flat: an elastic layer on its surface, bonded to the substrate.
 
-The parameters of the flat are then those of the substrate. The layer keeps its thickness: wear
-changes the shape of the surface but not its elasticity.
+The parameters of the flat are then those of the substrate. The elastic layer keeps its thickness:
+wear changes the shape of the surface, but not its elasticity. Where the flat has worn by the
+thickness, the wear coefficient is that of the substrate.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Annotated, Literal
 
+import numpy as np
 from pydantic.dataclasses import dataclass
 
+from fretwear.arrays import Array, Mask
 from fretwear.mechanics.contact.film import Film
 from fretwear.quantity import Part, Quantity
+
+# Wear that stops at an interface misses it by less than this part of its depth.
+_ROUNDING = 1e-9
 
 
 class Coating(Part):
     """What covers the flat."""
 
     thickness: float  # m
+    wear_coefficient: float | None  # of the flat while it is coated, 1/Pa; None: as below it
 
     def film(self, shear_modulus: float, poisson_ratio: float) -> Film:
         """The elastic film on a substrate of a shear modulus, Pa, and a Poisson's ratio."""
@@ -43,9 +51,61 @@ class ElasticLayer(Coating):
         Quantity("1", r"$ν_\mathrm{c}$", "Poisson's ratio", like="0.2", gt=-1.0, le=0.5),
         "Poisson's ratio of the layer.",
     ]
+    wear_coefficient: Annotated[
+        float | None,
+        Quantity("Pa-1", r"$K_\mathrm{c}$", "wear coefficient", "/ Pa", like="1e-15 / Pa", gt=0.0),
+        "Wear coefficient of the layer in the law of the case, K_w or α. Once the flat has worn by "
+        "the thickness, that of the case takes its place; none: both are equal.",
+    ] = None
     kind: Literal["elastic_layer"] = "elastic_layer"
 
     def film(self, shear_modulus: float, poisson_ratio: float) -> Film:
         """The elastic film on a substrate of a shear modulus, Pa, and a Poisson's ratio."""
         own = 0.5 * self.youngs_modulus / (1.0 + self.poisson_ratio)
         return Film(self.thickness, (own, shear_modulus), (self.poisson_ratio, poisson_ratio))
+
+
+@dataclasses.dataclass(frozen=True)
+class Interface:
+    """The interface of coating and substrate, below which the flat wears at another rate."""
+
+    depth: float  # wear of both bodies together that reaches it, m
+    ratio: float  # wear coefficient of both bodies below it over that above
+    shares: tuple[float, float]  # of the flat in the wear above it and below
+
+    def reached(self, wear: Array) -> Mask:
+        """Places at which wear, m, has reached the interface."""
+        return np.asarray(wear >= (1.0 - _ROUNDING) * self.depth)
+
+    def slope(self, wear: Array) -> Array:
+        """Wear coefficient at a wear depth, m, over that above the interface."""
+        return np.where(self.reached(wear), self.ratio, 1.0)
+
+    @property
+    def alone(self) -> Interface:
+        """The interface by the wear depth of the flat alone."""
+        above, below = self.shares
+        if not above:
+            return self
+        return Interface(self.depth * above, self.ratio * below / above, (1.0, 1.0))
+
+    def opened(self, part: float) -> Interface:
+        """The interface by the gap that a part of the wear opens."""
+        return dataclasses.replace(self, depth=part * self.depth)
+
+    def exposure(self, added: float) -> float:
+        """Wear depth, m, of a coating without end while the bodies, unworn, wear by ``added``."""
+        if not self.ratio:
+            return added
+        above = min(self.depth, added)
+        return above + (added - above) / self.ratio
+
+    def deepened(self, wear: Array, added: Array) -> Array:
+        """Wear depth, m, once so much has been added that no interface would slow or speed up."""
+        above = np.minimum(added, np.maximum(self.depth - wear, 0.0))
+        return np.asarray(wear + above + self.ratio * (added - above))
+
+    def of_flat(self, wear: Array) -> Array:
+        """The part of a wear depth, m, that is of the flat."""
+        above = np.minimum(wear, self.depth)
+        return np.asarray(self.shares[0] * above + self.shares[1] * (wear - above))

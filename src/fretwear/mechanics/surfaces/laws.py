@@ -317,6 +317,12 @@ class WearLaw(Part):
         pairs = (isinstance(value, OfBodies) for value in self._values.values())
         return any(pairs) or any(part.is_of_each for part in self._following)
 
+    def with_flat(self, coefficient: float) -> WearLaw:
+        """The law with another constant, 1/Pa, of the flat, or of the pair if it has only one."""
+        pairs = {n: isinstance(value, OfBodies) for n, value in self._values.items()}
+        of_pair = {n: OfBodies((vars(self)[n][0], coefficient)) for n in pairs if pairs[n]}
+        return self.unchecked(**dict.fromkeys(pairs, coefficient) | of_pair)
+
     def under(self, means: Means, frequency: float | None) -> WearLaw:
         """The law with the constant coefficient that it has in a contact, at a frequency in Hz."""
         if not self._following:

@@ -15,7 +15,7 @@ from typing import Annotated, Any, Self, TypeVar
 
 from fretwear.arrays import Array, Even
 from fretwear.mechanics.contact.film import Film
-from fretwear.mechanics.surfaces.coating import Coating
+from fretwear.mechanics.surfaces.coating import Coating, Interface
 from fretwear.mechanics.surfaces.indenters import Indenter
 from fretwear.mechanics.surfaces.laws import Means, WearLaw
 from fretwear.mechanics.surfaces.loading import SMALL_STROKE, Loading, Sliding
@@ -343,9 +343,38 @@ class Setup:
     # Wear.
 
     @cached_property
+    def surface_law(self) -> WearLaw:
+        """The wear law of the surfaces before a coating is worn through."""
+        coated = None if self.coating is None else self.coating.wear_coefficient
+        return self.wear_law if coated is None else self.wear_law.with_flat(coated)
+
+    @cached_property
+    def interface(self) -> Interface | None:
+        """The interface of coating and substrate; None where the wear of the flat is not known.
+
+        A single wear coefficient counts as that of the flat.
+        """
+        laws = self.surface_law, self.wear_law
+        pairs = [law.shares if law.is_of_each else (0.0, 1.0) for law in laws]
+        if self.coating is None or None in pairs:
+            return None
+        above, below = (pair[1] for pair in pairs if pair is not None)
+        surface, substrate = (law.coefficient(self.friction_law) for law in laws)
+        ratio = substrate / surface if substrate != surface else 1.0
+        return Interface(self.coating.thickness / above if above else inf, ratio, (above, below))
+
+    @property
+    def changes_below(self) -> bool:
+        """Whether the wear coefficient changes at the interface of coating and substrate."""
+        return self.interface is not None and self.interface.ratio != 1.0
+
+    @cached_property
     def combined_wear_coefficient(self) -> float:
-        """Worn depth of both bodies together per pressure and sliding distance, K, 1/Pa."""
-        law = self.wear_law
+        """Worn depth of both bodies together per pressure and sliding distance, K, 1/Pa.
+
+        It holds down to the `interface`, if there is one.
+        """
+        law = self.surface_law
         if law.follows_contact or law.needs_frequency:
             law = law.under(self.unworn_means, self.frequency)
         return law.coefficient(self.friction_law)
@@ -378,6 +407,16 @@ class Setup:
     def wear_growth(self) -> float:
         """β = 4 K µκ, 1/Pa per cycle: a pressure p wears e-fold in 1/(β p) cycles."""
         return 4.0 * self.combined_wear_coefficient * self.friction_law.coefficient * self.coupling
+
+    @property
+    def faster_below(self) -> float:
+        """How many times faster the bodies wear below a coating; 1 if they do not wear faster."""
+        return 1.0 if self.interface is None else max(1.0, self.interface.ratio)
+
+    @property
+    def largest_wear_growth(self) -> float:
+        """The largest β of coating and substrate, 1/Pa per cycle."""
+        return self.wear_growth * self.faster_below
 
     @cached_property
     def withheld_depth(self) -> float | Array:

@@ -19,7 +19,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from math import inf, isfinite, sqrt
+from itertools import pairwise
+from math import inf, isfinite, isnan, nan, sqrt
 from typing import Generic, TypeVar
 
 import numpy as np
@@ -27,7 +28,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.problem import Accuracy, ContactError, solve_contact
-from fretwear.mechanics.slip.models import Pressed
+from fretwear.mechanics.slip.models import Pressed, WearLayer
 from fretwear.mechanics.wear.stage import Dissipation, Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.wear.state import Stage, State, WearProblem, Workspace, YieldLimit
 from fretwear.mechanics.wear.window import first_cells, holding_cells, next_cells
@@ -177,6 +178,13 @@ class Integrator(ABC, Generic[StateT]):
         return self.state
 
 
+def fraction_of_step(part: Array, start: Array, end: Array) -> Array:
+    """Fraction of a step in which a rate from ``start`` to ``end`` has added a part of the sum."""
+    added = np.clip(part, 0.0, 1.0) * (start + end)
+    root = np.sqrt(np.maximum(start**2 + (end - start) * added, 0.0))
+    return np.asarray(added / np.maximum(start + root, np.finfo(np.float64).tiny))
+
+
 def march(
     problem: WearProblem,
     stops: Sequence[float],
@@ -281,6 +289,11 @@ def first_loading(
         raise ContactError("the limit of pressure that friction lowers did not settle")
     gap = np.maximum(contact.gap, 0.0)
     growth = now.wear_growth * float(contact.pressure.max())
+    first_step = _FIRST_STEP / growth if growth > 0.0 else inf
+    if now.interface is not None and growth > 0.0:
+        # The most slip under pressure wears through first.
+        slipping = float(np.where(contact.pressure > 0.0, reduced.gap, 0.0).max())
+        first_step = now.interface.exposure(_FIRST_STEP * slipping) / (slipping * growth or inf)
     return State(
         cycle=float(cycle),
         geometry=geometry,
@@ -294,7 +307,8 @@ def first_loading(
         residual=contact.residual,
         reduced=reduced,
         friction_energy=energy,
-        next_step=_FIRST_STEP / growth if growth > 0.0 else inf,
+        next_step=first_step,
+        worn_through=getattr(previous, "worn_through", nan),
         pressure_rate=zeros,
         source_rate=zeros,
         step=step,
@@ -391,6 +405,8 @@ class Evolution(Integrator[State]):
         state, problem = self.state, self.problem.of(self.state)
         opens = (1.0 - problem.debris_fraction) * float(np.max(problem.local_wear_growth))
         slipping = np.where(state.pressure > 0.0, state.reduced.gap, 0.0) / state.geometry.widths
+        if problem.interface is not None:
+            slipping = slipping * problem.interface.slope(state.wear)
         rate = opens * problem.composite_modulus * float(slipping.max())
         return 1.0 / rate if rate > 0.0 else inf
 
@@ -466,6 +482,9 @@ class Evolution(Integrator[State]):
         )
         state = self._ended(step, end, first, second, error)
         if accepted:
+            through = self._worn_through(step, (now, midway, last), first, second)
+            state = replace(state, worn_through=through)
+        if accepted:
             self._convolutions = 0
         return state, factor, accepted
 
@@ -473,6 +492,38 @@ class Evolution(Integrator[State]):
         """The depth, m, that a threshold withholds over a step with setups at its three times."""
         depths = (setup.withheld_depth for setup in setups)
         return step * sum(w * d for w, d in zip(TR_BDF2.weights, depths, strict=True))
+
+    def _worn_through(
+        self, step: float, setups: Sequence[WearProblem], first: Stage, second: Stage
+    ) -> float:
+        """The cycle at which a coating is first worn through, in a step or before; else NaN.
+
+        The setups hold at the start of the step and at the end of each stage.
+        """
+        base, interface, middle = self.state, self.problem.interface, TR_BDF2.middle
+        if interface is None or not isnan(base.worn_through):
+            return base.worn_through
+        opens, model = 1.0 - self.problem.debris_fraction, self.problem.slip_model
+        pairs = pairwise(zip(setups, (base, first, second), (0.0, middle, 1.0), strict=True))
+        for (now, stage, start), (then, reached, end) in pairs:
+            cells = interface.reached(reached.wear) & ~interface.reached(stage.wear)
+            if not cells.any():
+                continue
+            rates = [
+                (setup.local_wear_growth * each.pressure)[cells]
+                for setup, each in ((now, stage), (then, reached))
+            ]
+            x = 0.5 * (end - start) * step * (rates[0] + rates[1])
+            gap, shift = stage.reduced.gap, reached.source_since(stage, model)
+            if opens:
+                inner = interface.opened(opens)
+                layer = WearLayer(stage.opening, gap, shift, gap, 0.0, interface=inner)
+                part = layer.crossing[cells] / (opens * x)
+            else:
+                part = (interface.depth - stage.wear)[cells] / (x * (gap + 0.5 * shift)[cells])
+            within = float(fraction_of_step(part, *rates).min())
+            return base.cycle + step * (start + (end - start) * within)
+        return nan
 
     def _ended(self, step: float, end: float, first: Stage, second: Stage, error: float) -> State:
         """The state after both stages, with rates that predict the next step."""
@@ -533,6 +584,7 @@ class Evolution(Integrator[State]):
         rates = [setup.local_wear_growth for setup in setups]
         integral, gap, kept = base.geometry.integral, base.reduced.gap, problem.debris_fraction
         opens, volume = 1.0 - kept, integral(second.wear)
+        slope = 1.0 if problem.interface is None else problem.interface.slope(second.wear)
         if problem.friction_law.follows_slip:
             # Friction may change suddenly, but the wear of a cycle remains the measure.
             volume /= min(base.cycle + step, 1.0)
@@ -555,13 +607,14 @@ class Evolution(Integrator[State]):
             most = np.abs(second.opening - base.opening)
         elif problem.wear_threshold:
             most = np.abs(second.wear - base.wear)
-        error = integral(np.minimum(lost(second.reduced.gap, exponent(TR_BDF2.difference)), most))
+        missed = slope * exponent(TR_BDF2.difference)
+        error = integral(np.minimum(lost(second.reduced.gap, missed), most))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):
             # Slip that changes evenly over the whole step instead of over each stage.
             x, shift = exponent(TR_BDF2.weights), second.source_since(base, model)
             layer = model.wear_layer(base.opening, gap, shift, opens * x, 0.0, opens * withheld)
-            worn = layer.displacement(second.pressure)
+            worn = problem.over_substrate(layer).displacement(second.pressure)
             if kept:
                 opened, final_gap = worn - base.opening, second.reduced.gap
                 worn = base.wear + all_worn(kept, opened, gap, final_gap, x, withheld)
@@ -575,7 +628,7 @@ class Evolution(Integrator[State]):
             # A cell at the limit p sinks until wear, at the rate β p, has freed it. A much longer
             # step would miss the flow in between.
             longest = sqrt(self.tolerance / TOLERANCE) / (
-                max(map(np.max, rates)) * problem.slip_limit
+                max(np.max(rate * slope) for rate in rates) * problem.slip_limit
             )
             factor = min(factor, longest / step)
             accepted &= step <= _ACCEPTED * longest

@@ -30,6 +30,8 @@ Lines: TypeAlias = Sequence[tuple[Way, Array]]
 _NO_GAP = 1e-2
 # Depth of a scar over its maximum at which a profilometer sees its end.
 _SHALLOW = 0.01
+# Wear that stops at a depth is at most this part of it above.
+_ON_LEVEL = 1e-6
 
 
 # Attributes of zones, of their half-widths on one line of cells, and of volumes.
@@ -42,6 +44,10 @@ _ALONG_X: Properties = {
 }
 _ALONG_Y: Properties = {"is_headline": False, **_OUTLINE}
 _VOLUME: Properties = {"may_be_logarithmic": True, "error_kind": "volume"}
+
+
+def _is_coated(measures: Measures) -> object:
+    return measures.problem.interface
 
 
 class Measures:
@@ -100,7 +106,7 @@ class Measures:
 
     @cached_property
     def _wear_of_each(self) -> dict[str, Array]:
-        return self.state.wear_of_each(self.problem.wear_law)
+        return self.state.wear_of_each(self.problem)
 
     @cached_property
     def _carried(self) -> float:
@@ -128,7 +134,8 @@ class Measures:
 
     def _volume(self, index: int, body: str) -> float:
         """Wear volume of a body, m³."""
-        if shares := self.problem.wear_law.shares:
+        shares = self.problem.wear_law.shares
+        if shares and not self.problem.changes_below:
             return shares[index] * self.wear_volume
         return self.state.geometry.integral(self._wear_of_each[body])
 
@@ -350,6 +357,43 @@ class Measures:
         """Since cycle 0."""
         return self._volume(1, "flat")
 
+    @cached_property
+    def _flat_wear(self) -> Array:
+        """Wear depth of a coated flat, m."""
+        assert self.problem.interface is not None
+        return self.state.flat_wear(self.problem.interface)
+
+    @scalar(
+        "1",
+        "cycle of wear through the coating",
+        symbol=r"$N_\mathrm{c}$",
+        needs=_is_coated,
+        may_lack=True,
+    )
+    def worn_through_cycle(self) -> float:
+        """At its first place; NaN before."""
+        return self.state.worn_through
+
+    @scalar(
+        "m2",
+        "area of the exposed substrate",
+        symbol=r"$A_\mathrm{s}$",
+        needs=_is_coated,
+        error_kind="edge",
+    )
+    def exposed_area(self) -> float:
+        """Where the flat has worn by the thickness of its coating, to the edge within a cell."""
+        assert self.problem.coating is not None
+        return self.state.geometry.integral(
+            deeper_fraction(self._flat_wear, self.problem.coating.thickness)
+        )
+
+    @scalar("m", "least thickness of the coating", symbol=r"$h_\mathrm{min}$", needs=_is_coated)
+    def coating_left(self) -> float:
+        """Zero once it is worn through."""
+        assert self.problem.coating is not None
+        return max(self.problem.coating.thickness - float(self._flat_wear.max()), 0.0)
+
     @scalar(
         "1",
         "mean coefficient of friction in the slip zone",
@@ -365,6 +409,15 @@ class Measures:
 
 
 _SCALARS = {scalar.variable.name: scalar for scalar in declared_scalars(Measures)}
+
+
+def deeper_fraction(depth: Array, level: float) -> Array:
+    """Fraction of each cell that is deeper than a level, m, by the change of depth across it."""
+    change = np.zeros_like(depth)
+    for axis in (axis for axis, count in enumerate(depth.shape) if count > 1):
+        change += np.abs(np.gradient(depth, axis=axis))
+    below = depth - (1.0 - _ON_LEVEL) * level
+    return np.asarray(np.clip(0.5 + below / np.maximum(change, _ON_LEVEL**2 * level), 0.0, 1.0))
 
 
 def half_widths(state: State, lines: Lines) -> tuple[float, float]:

@@ -365,6 +365,10 @@ class Rubbing:
         """Gap that the wear of flat and indenter adds at each position and cell, m."""
         return np.asarray((self.worn @ worn).reshape(self.shapes.shape))
 
+    def means_of_flat(self, pressures: Array, shape: tuple[int, ...]) -> Array:
+        """Means over the stroke at the points of the flat, Pa, of a shape."""
+        return np.asarray(self._mean(pressures.reshape(len(pressures), -1)).reshape(shape)[0])
+
     def _mean(self, pressures: Array) -> Array:
         """Means over the stroke at each value of flat and indenter, Pa."""
         return np.asarray(self._of_bodies @ (self.weights[:, None] * pressures).ravel())

@@ -41,13 +41,12 @@ class Exposure(NamedTuple):
     rate: float | Array  # 1/Pa, of all cells or of each
     withheld: float | Array = 0.0  # m, of all cells or of each
 
-    def limited(self, pressure: Array) -> Exposure:
-        """The exposure, reduced where it would be large by a guess of the pressure, Pa.
+    def limited(self, x: Array) -> Exposure:
+        """The exposure, reduced where the exponent x of a guess of the pressure is large.
 
         Cells beside a stick edge bear a high pressure until they slip and wear. In one long stage
         this would oscillate; with less exposure it takes a few stages.
         """
-        x = self.under(pressure)
         if not (x > _EXPOSED).any():
             return self
         part = _EXPOSED / np.maximum(x, _EXPOSED)
@@ -127,7 +126,8 @@ class ImplicitStage:
         problem = self.problem
         limit = YieldLimit(problem, geometry, problem.pressure_limit(self.base.pressure, reduced))
         if reduced.follows_pressure:
-            exposure = exposure.limited(np.maximum(pressure, self.base.pressure))
+            highest = np.maximum(pressure, self.base.pressure)
+            exposure = exposure.limited(self._exponent(exposure, drift, highest))
         relaxation, previous, usual = 1.0, inf, exposure
         for _ in range(_LARGEST_SWEEPS):
             contact, layer = self._normal_contact(exposure, drift, limit.value, pressure, tolerance)
@@ -217,9 +217,7 @@ class ImplicitStage:
     ) -> tuple[Contact, Layer]:
         """The contact of the shape at the start of the stage, with its wear as a layer."""
         base, problem = self.base, self.problem
-        layer = problem.slip_model.wear_layer(
-            base.opening, base.reduced.gap, drift.shift, *exposure.opening(problem.debris_fraction)
-        )
+        layer = self._wear_layer(exposure, drift)
         sunk = self.bodies.unworn + base.plastic
         contact_problem = problem.contact(self.bodies.half_space, sunk, drift.on(layer), limit)
         try:
@@ -229,6 +227,20 @@ class ImplicitStage:
             raise
         self.convolutions += contact.convolutions
         return contact, drift.on(layer).at(contact.approach)
+
+    def _wear_layer(self, exposure: Exposure, drift: Drift) -> Layer:
+        """The wear of the stage as a layer between the bodies."""
+        base, problem = self.base, self.problem
+        opens = exposure.opening(problem.debris_fraction)
+        layer = problem.slip_model.wear_layer(base.opening, base.reduced.gap, drift.shift, *opens)
+        return problem.over_substrate(layer)
+
+    def _exponent(self, exposure: Exposure, drift: Drift, pressure: Array) -> Array:
+        """The exponent under a pressure, Pa, with the part that passes below an interface."""
+        layer = self._wear_layer(exposure, drift)
+        if not (self.problem.changes_below and isinstance(layer, WearLayer)):
+            return exposure.under(pressure)
+        return layer.exponent_under(pressure) / (1.0 - self.problem.debris_fraction)
 
     def _flow(
         self,
@@ -313,6 +325,9 @@ class ImplicitStage:
         # The wear due to the missing flow, or to slip that changes within the stage.
         opens = exposure.opening(problem.debris_fraction)
         flow = WearLayer(zeros, lost, None, opens.unloaded, opens.rate)
+        if problem.changes_below:
+            x = self._exponent(exposure, drift, stage.pressure)
+            flow = replace(flow, exponent=(1.0 - problem.debris_fraction) * x, rate=0.0)
         if self._moves and not stage.yielded:
             flow = replace(flow, reduced_gap=zeros, shift=lost)
         depth = flow.displacement(stage.pressure)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from math import nan
 from typing import Any, Self
 
 import numpy as np
@@ -13,8 +14,9 @@ from fretwear.mechanics.contact.cells import Geometry, HalfSpace
 from fretwear.mechanics.contact.dense import interpolated
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import Contact, ContactProblem, Layer, is_finite
-from fretwear.mechanics.slip.models import Pressed, ReducedContact, SlipModel
-from fretwear.mechanics.surfaces.laws import Means, WearLaw
+from fretwear.mechanics.slip.models import Pressed, ReducedContact, SlipModel, WearLayer
+from fretwear.mechanics.surfaces.coating import Interface
+from fretwear.mechanics.surfaces.laws import Means
 from fretwear.mechanics.surfaces.setup import Setup, block_at
 from fretwear.theory import find_root
 
@@ -69,6 +71,12 @@ class WearProblem(Setup):
         load, approach = self.normal.held
         limit = self.plastic_limit if limit is None else limit
         return ContactProblem(half_space, shape, load, limit, layer, approach)
+
+    def over_substrate(self, layer: Layer) -> Layer:
+        """A layer of wear with the interface below which the wear coefficient differs."""
+        if self.interface is None or not (self.changes_below and isinstance(layer, WearLayer)):
+            return layer
+        return replace(layer, interface=self.interface.opened(1.0 - self.debris_fraction))
 
     def load_of(self, geometry: Geometry, contact: Contact) -> float:
         """P, N, of a contact: the held load, or else the load that it carries."""
@@ -347,13 +355,22 @@ class State(Stage):
     source_rate: Array  #: the same for G of `source_since`, m
     step: int = 0  #: number of accepted steps
     error_estimate: float = 0.0  #: error of the last step's wear relative to the wear volume
+    worn_through: float = nan  #: cycle at which a coating was first worn through; NaN if it was not
     convolutions: int = 0  #: half-space convolutions spent so far, rejected steps included
 
-    def wear_of_each(self, law: WearLaw) -> dict[str, Array]:
-        """Wear depth of indenter and flat, m, if the law knows them."""
+    def wear_of_each(self, setup: Setup) -> dict[str, Array]:
+        """Wear depth of indenter and flat, m, if the wear law of a setup knows them."""
+        law, interface = setup.wear_law, setup.interface
+        if interface is not None and setup.changes_below and law.is_of_each:
+            flat = interface.of_flat(self.wear)
+            return {"indenter": self.wear - flat, "flat": flat}
         return dict(
             zip(("indenter", "flat"), (part * self.wear for part in law.shares or ()), strict=False)
         )
+
+    def flat_wear(self, interface: Interface) -> Array:
+        """Wear depth of a coated flat, m."""
+        return interface.of_flat(self.wear)
 
     def on(self, workspace: Workspace, geometry: Geometry) -> Self:
         """The same state on other cells; gaps are computed on cells that are new."""
@@ -364,6 +381,10 @@ class State(Stage):
         fields: dict[str, Any] = {
             name: old.resized(getattr(self, name), geometry) for name in _RESIZED
         }
+        if problem.interface is not None and not problem.interface.ratio:
+            # Interpolation overshoots where wear has stopped.
+            for name, part in (("wear", 1.0), ("opening", 1.0 - problem.debris_fraction)):
+                fields[name] = np.minimum(fields[name], part * problem.interface.depth)
         if self.opening is self.wear:
             fields["opening"] = fields["wear"]
         if self.pulse is not None:

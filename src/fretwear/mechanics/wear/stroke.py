@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import ceil, inf
+from math import ceil, inf, isnan, nan
 from typing import Self
 
 import numpy as np
@@ -30,9 +30,11 @@ from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import fast_shape
 from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.slip.models import ReducedContact
-from fretwear.mechanics.surfaces.laws import Means, WearLaw
+from fretwear.mechanics.surfaces.coating import Interface
+from fretwear.mechanics.surfaces.laws import Means
+from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.mechanics.wear import integrator
-from fretwear.mechanics.wear.integrator import TOLERANCE, TR_BDF2, Integrator
+from fretwear.mechanics.wear.integrator import TOLERANCE, TR_BDF2, Integrator, fraction_of_step
 from fretwear.mechanics.wear.rubbing import Contacts, Rubbing, positions
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 
@@ -41,6 +43,8 @@ _MARGIN, _GROWTH = 6, 1.2
 _FIRST_STEP = 0.1
 # Largest number of passes over the stroke in which bodies sink during a loading.
 _LARGEST_PASSES = 20
+# Largest number of contacts of a stage in which places change the side of an interface.
+_LARGEST_SIDES = 20
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +58,8 @@ class StrokeState(State):
     #: Wear depth of the flat and of the indenter, each in its own coordinates, m, on the cells of
     #: the geometry, shape (2, n, m).
     worn: Array
-    rates: Array  #: wear depth of each body in this one cycle, m
+    #: Wear depth of each body in this one cycle, m; of a flat as if no substrate were exposed.
+    rates: Array
     sunk: Array  #: plastic depth of each body, m
     #: Pressure at each position, Pa, on cells of either side along x, shape (positions, nx, m).
     pressures: Array
@@ -69,9 +74,20 @@ class StrokeState(State):
         """Wear depth of the flat, m."""
         return np.asarray(self.worn[0])
 
-    def wear_of_each(self, law: WearLaw) -> dict[str, Array]:
+    def wear_of_each(self, setup: Setup) -> dict[str, Array]:
         """Wear depth of indenter and flat, in coordinates of their own, m, if known."""
-        return {"indenter": self.wear_indenter, "flat": self.wear_flat} if law.is_of_each else {}
+        if not setup.wear_law.is_of_each:
+            return {}
+        return {"indenter": self.wear_indenter, "flat": self.wear_flat}
+
+    def flat_wear(self, interface: Interface) -> Array:
+        """Wear depth of a coated flat, m."""
+        return self.wear_flat
+
+    def rate(self, interface: Interface | None) -> Array:
+        """Wear depth of both bodies in this one cycle, m, each in its coordinates."""
+        exposed = 1.0 if interface is None else interface.alone.slope(self.wear_flat)
+        return np.asarray(exposed * self.rates[0] + self.rates[1])
 
     def on(self, workspace: Workspace, geometry: Geometry) -> Self:
         """The same state on more cells; its gap is computed on cells that are new."""
@@ -110,6 +126,8 @@ class _Slider(Integrator[StrokeState]):
         super().__init__(problem, state, tolerance)
         # Fraction of the wear that opens the gap: all but the debris.
         self.opens = 1.0 - problem.debris_fraction
+        #: of coating and substrate, by the wear of the flat alone
+        self.interface = None if problem.interface is None else problem.interface.alone
         if state is not None:
             self._resize(*state.geometry.shape)
 
@@ -171,9 +189,13 @@ class _Slider(Integrator[StrokeState]):
                 break
         growth = self.opens * self.rates(cycle).max(axis=(1, 2)).sum() * hertz.peak_pressure
         depth = hertz.peak_pressure * float(rubbing.influence[0, 0, 0])
-        first = _FIRST_STEP * depth / growth if growth > 0 else inf
+        first = _FIRST_STEP * depth
+        if problem.interface is not None:
+            first = problem.interface.exposure(first)
+        first = first / growth if growth > 0 else inf
         state = self._state(cycle, step, contacts, worn, sunk + contacts.flow)
-        self.state = replace(state, next_step=first)
+        through = getattr(self.previous, "worn_through", nan)
+        self.state = replace(state, next_step=first, worn_through=through)
 
     def _contacts(
         self, cycle: float, worn: Array, sunk: Array, compliance: Array, start: Array
@@ -182,6 +204,34 @@ class _Slider(Integrator[StrokeState]):
         self.rubbing.limit = self.problem.at(cycle).slip_limit
         return self.rubbing.solve(self.opens * worn + sunk, compliance, start)
 
+    def _over_substrate(
+        self, cycle: float, worn: Array, sunk: Array, compliance: Array, start: Array
+    ) -> Contacts:
+        """The contacts of a stage, its points on the side of the interface to which they wear.
+
+        Depth and compliance are of a flat on which no substrate is exposed.
+        """
+        base, interface = self.state.worn[0], self.interface
+        if interface is None or interface.ratio == 1.0:
+            return self._contacts(cycle, worn, sunk, compliance, start)
+        left = np.where(interface.reached(base), 0.0, interface.depth - base)
+        compliance = np.array(np.broadcast_to(compliance, worn.shape))
+        # All debris kept: the contact does not depend on the wear.
+        of_flat = compliance[0] / (self.opens or 1.0)
+        below = worn[0] - base + of_flat * self.rubbing.means_of_flat(start, worn.shape) > left
+        for _ in range(_LARGEST_SIDES):
+            slope, reached = np.ones(worn.shape), worn.copy()
+            slope[0][below] = interface.ratio
+            reached[0][below] = (base + left + interface.ratio * (worn[0] - base - left))[below]
+            contacts = self._contacts(cycle, reached, sunk, slope * compliance, start)
+            now = worn[0] - base + of_flat * contacts.means[0] > left
+            if np.array_equal(now, below):
+                return contacts
+            below, start = now, contacts.pressures
+        raise ContactError(
+            f"the places that a stroke wears through did not settle in {_LARGEST_SIDES} contacts"
+        )
+
     def rates(self, cycle: float, means: Means | None = None) -> Array:
         """Wear depth of both bodies per mean pressure and cycle, m/Pa.
 
@@ -189,7 +239,8 @@ class _Slider(Integrator[StrokeState]):
         """
         problem = self.problem.at(cycle)
         problem = problem.under(problem.unworn_means if means is None else means)
-        shares = np.array(problem.wear_law.shares or (1.0, 0.0))[::-1, None, None]
+        wears = (1.0, 0.0) if problem.coating is None else (0.0, 1.0)
+        shares = np.array(problem.surface_law.shares or wears)[::-1, None, None]
         rates = np.asarray(
             4.0 * problem.loading.stroke * problem.combined_wear_coefficient * shares
         )
@@ -219,7 +270,7 @@ class _Slider(Integrator[StrokeState]):
             cycle: float, explicit: Array, sunk: Array, rates: Array, start: Array
         ) -> Contacts:
             compliance = self.opens * TR_BDF2.implicit * step * rates
-            return self._contacts(cycle, explicit, sunk, compliance, start)
+            return self._over_substrate(cycle, explicit, sunk, compliance, start)
 
         middle, started = base.cycle + TR_BDF2.middle * step, base.rates
         # The means that the wear coefficient follows are those of the stage before.
@@ -240,9 +291,20 @@ class _Slider(Integrator[StrokeState]):
             for weights in (TR_BDF2.weights, TR_BDF2.difference)
         )
         worn, allowed = base.worn + worn, integrator.OVERESTIMATE * self.tolerance
+        through = base.worn_through
+        if (interface := self.interface) is not None:
+            added = worn[0] - base.worn[0]
+            worn[0] = interface.deepened(base.worn[0], added)
+            missed = np.stack([interface.slope(worn[0]), np.ones_like(added)]) * missed
+            cells = interface.reached(worn[0]) & ~interface.reached(base.worn[0])
+            if isnan(through) and cells.any():
+                part = (interface.depth - base.worn[0])[cells] / added[cells]
+                rate = started[0][cells], ended[0][cells]
+                through = base.cycle + step * float(fraction_of_step(part, *rate).min())
         error = float(np.abs(missed).sum() / max(worn.sum(), np.finfo(float).tiny)) / allowed
         state = self._state(end, base.step + 1, last, worn, sunk + last.flow)
-        return replace(state, error_estimate=error * self.tolerance), *integrator.assessed(error)
+        state = replace(state, error_estimate=error * self.tolerance, worn_through=through)
+        return state, *integrator.assessed(error)
 
     def _state(
         self, cycle: float, step: int, contacts: Contacts, worn: Array, sunk: Array

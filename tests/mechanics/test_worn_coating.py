@@ -1,0 +1,167 @@
+"""Wear through a coating: coefficients above and below its interface, the first cycle, the area."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from fretwear.mechanics.contact.rings import Rings
+from fretwear.mechanics.surfaces.coating import ElasticLayer
+from fretwear.mechanics.surfaces.laws import Archard
+from fretwear.mechanics.values import OfBodies
+from fretwear.mechanics.wear.integrator import evolve
+from fretwear.mechanics.wear.measures import Measures, deeper_fraction
+
+from ..studies import near
+from .problems import CONVERGED, EDGE, FRICTION, WEAR, ElasticBodies, fretting, on_strips
+
+STOP = 2500.0
+STEEL = ElasticBodies(208e9, 0.3)
+KINDS = {
+    "strips": (on_strips, {}),
+    "grid": (fretting, {"cells": 8, "bodies": STEEL}),
+    # Slip is alike in all directions, as rings need it.
+    "rings": (fretting, {"cells": 32, "bodies": ElasticBodies(208e9, 0.0), "geometry": Rings}),
+}
+SLOW = [pytest.param(kind, marks=pytest.mark.slow) for kind in ("strips", "rings")]
+
+
+def contact(kind, thickness=None, coefficient=None, *, stiffer=1.0, **changes):
+    """A contact whose flat may have a coating, by default as stiff as the substrate."""
+    make, usual = KINDS[kind]
+    problem = make(**{**usual, **changes})
+    if thickness is None:
+        return problem
+    bodies = problem.bodies
+    elastic = stiffer * bodies.youngs_modulus, bodies.poisson_ratio
+    return replace(problem, coating=ElasticLayer(thickness, *elastic, coefficient))
+
+
+@cache
+def run(kind, thickness=None, coefficient=None, tolerance=0.01, accuracy=None, **changes):
+    """The problem and its states up to the last cycle."""
+    problem = contact(kind, thickness, coefficient, **changes)
+    return problem, [*evolve(problem, [STOP], tolerance, accuracy=accuracy)]
+
+
+def deepest(kind):
+    return float(run(kind)[1][-1].wear.max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("times", [0.1, 3.0])
+def test_wear_of_both_materials_adds_up_to_the_energy(kind, times):
+    thickness = 0.3 * min(times, 1.0) * deepest(kind)
+    problem, states = run(kind, thickness, times * WEAR, tolerance=2e-4)
+    last, depth = states[-1], problem.interface.depth
+    integral = last.geometry.integral
+    above = integral(np.minimum(last.wear, depth)) / (times * WEAR)
+    below = integral(np.maximum(last.wear - depth, 0.0)) / WEAR
+    rates = [problem.dissipated_energy(state, state.geometry) for state in states]
+    energy = np.trapezoid(rates, [state.cycle for state in states])
+    assert below > 0.1 * above
+    # By the trapezoidal rule over the steps.
+    assert above + below == near(energy / FRICTION, rel=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["grid", *SLOW])
+def test_equal_materials_are_the_uncoated_contact(kind):
+    _, uncoated = run(kind, accuracy=CONVERGED)
+    problem, coated = run(kind, 0.3 * deepest(kind), WEAR, accuracy=CONVERGED)
+    assert coated[-1].worn_through < STOP
+    assert len(coated) == len(uncoated)
+    scale = uncoated[-1].wear.max()
+    np.testing.assert_allclose(coated[-1].wear, uncoated[-1].wear, atol=1e-9 * scale)
+    assert Measures(problem, coated[-1]).coating_left == 0.0
+
+
+@pytest.mark.parametrize("kind", ["grid", *SLOW])
+def test_a_substrate_that_does_not_wear_stops_the_scar_at_the_thickness(kind):
+    thickness = 0.3 * deepest(kind)
+    problem, states = run(kind, thickness, WEAR, wear_coefficient=0.0, stiffer=1.5)
+    last = states[-1]
+    assert float(last.wear.max()) == near(thickness, rel=1e-9)
+    assert Measures(problem, last).exposed_area > 0.0
+
+
+@pytest.mark.parametrize("kind", ["grid", *SLOW])
+@pytest.mark.parametrize("times", [0.1, 10.0])
+def test_a_vanishing_coating_is_the_substrate(kind, times):
+    _, uncoated = run(kind, accuracy=CONVERGED)
+    _, coated = run(kind, 1e-16, times * WEAR, accuracy=CONVERGED)
+    assert len(coated) == len(uncoated)
+    scale = uncoated[-1].wear.max()
+    np.testing.assert_allclose(coated[-1].wear, uncoated[-1].wear, atol=1e-6 * scale)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["strips", "rings"])
+@pytest.mark.parametrize("times", [0.1, 1.0])
+def test_the_cycle_of_wear_through_is_that_of_much_shorter_steps(kind, times):
+    thickness = 0.4 * times * deepest(kind)
+    usual, fine = (
+        run(kind, thickness, times * WEAR, tolerance=tolerance, cells=cells, stiffer=1.5)[1]
+        for tolerance, cells in ((0.01, 32), (0.001, 64))
+    )
+    found = usual[-1].worn_through
+    assert 0.0 < found < STOP
+    assert found == near(fine[-1].worn_through, rel=0.01)
+    # NaN before, and the same ever after.
+    for state in usual:
+        assert np.isnan(state.worn_through) == (state.cycle < found)
+
+
+@pytest.mark.slow
+def test_a_thicker_coating_or_one_that_wears_less_lasts_longer():
+    depth = 0.2 * deepest("strips")
+    lives = [
+        run("strips", thickness, coefficient, load_ratio=ratio)[1][-1].worn_through
+        for thickness, coefficient, ratio in (
+            (depth, WEAR, 0.9),
+            (depth, WEAR, 0.8),
+            (depth, 0.7 * WEAR, 0.8),
+            (1.5 * depth, 0.7 * WEAR, 0.8),
+        )
+    ]
+    assert lives == sorted(lives)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "times"),
+    [("strips", 0.1), ("strips", 0.5), ("grid", 0.1), ("grid", 0.5), ("rings", 0.5)],
+)
+def test_wearing_through_takes_hardly_more_steps(kind, times):
+    thickness = 0.3 * times * deepest(kind)
+    _, coated = run(kind, thickness, times * WEAR)
+    _, uncoated = run(kind)
+    assert not np.isnan(coated[-1].worn_through)
+    assert len(coated) <= 1.3 * len(uncoated)
+
+
+@pytest.mark.slow
+def test_only_the_wear_of_the_flat_counts_where_each_body_wears():
+    pair = OfBodies((0.5 * WEAR, 0.5 * WEAR))
+    depth = 0.3 * deepest("strips")
+    problem = contact("strips", 0.5 * depth, 0.5 * WEAR, wear_law=Archard(pair))
+    assert problem.interface.depth == near(depth)
+    *_, last = evolve(problem, [STOP])
+    assert last.worn_through == near(run("strips", depth, WEAR)[1][-1].worn_through, rel=1e-6)
+    fast = contact("strips", 0.5 * depth, 2.0 * WEAR, wear_law=Archard(pair))
+    *_, last = evolve(fast, [STOP])
+    both = last.wear_of_each(fast)
+    above = np.minimum(last.wear, fast.interface.depth)
+    np.testing.assert_allclose(both["flat"], 0.8 * above + 0.5 * (last.wear - above))
+    np.testing.assert_allclose(both["flat"] + both["indenter"], last.wear)
+
+
+def test_the_exposed_area_ends_within_a_cell():
+    x = (np.arange(40) + 0.5) * EDGE / 40
+    for edge in (0.313, 0.5, 0.72):
+        depth = (1.0 - (x / EDGE) ** 2)[:, None]
+        fractions = deeper_fraction(depth, 1.0 - edge**2)
+        assert fractions.mean() == near(edge, rel=2e-3)
+    stopped = np.minimum(depth, 0.5)
+    assert deeper_fraction(stopped, 0.5)[:20].min() == 1.0
