@@ -18,7 +18,7 @@ from fretwear.data.dataset import (
 from fretwear.data.files import open_summary
 from fretwear.data.labels import history_line
 from fretwear.data.merge import check_belongs
-from fretwear.data.stack import resampled
+from fretwear.data.stack import representative_cycles, resampled
 from fretwear.results import DEPTH, RESULTS, SCALARS, of_steps
 from fretwear.study.case import Case
 
@@ -194,6 +194,10 @@ def test_a_point_is_selected_in_the_words_of_a_study_file():
     ):
         with pytest.raises(ValueError, match=re.escape(sentence)):
             study.fretwear.sel(**levels)
+
+
+def test_drawn_cycles_are_even_in_their_fourth_root():
+    assert representative_cycles([n**4 for n in range(21)]) == (0, 4**4, 8**4, 12**4, 16**4, 20**4)
 
 
 def test_a_point_without_a_file_has_no_values(make_study, tmp_path):

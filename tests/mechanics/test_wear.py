@@ -13,11 +13,12 @@ from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.slip.models import Jaeger, Pressed, WearLayer
 from fretwear.mechanics.surfaces.indenters import Sphere
 from fretwear.mechanics.surfaces.laws import Archard
-from fretwear.mechanics.surfaces.loading import DisplacementRatio
+from fretwear.mechanics.surfaces.loading import DisplacementRatio, SlidingAmplitude
 from fretwear.mechanics.surfaces.materials import Coulomb
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.wear import stage as stages
 from fretwear.mechanics.wear.integrator import Evolution, WearError, evolve
+from fretwear.mechanics.wear.rubbing import Rubbing
 from fretwear.mechanics.wear.stage import Exposure
 from fretwear.mechanics.wear.state import Workspace
 from fretwear.mechanics.wear.window import first_cells
@@ -43,6 +44,7 @@ from .problems import (
     Waves,
     covered,
     fretting,
+    on_strips,
     uneven,
 )
 
@@ -413,3 +415,13 @@ def test_turning_roughness_and_grid_turns_the_fields(even):
     np.testing.assert_allclose(one.wear, other.wear.T, atol=1e-9 * HERTZ.approach)
     # The waves are not alike along x and y, so something was turned.
     assert not np.allclose(one.wear[:9, :9], one.wear[:9, :9].T, atol=1e-3 * HERTZ.approach)
+
+
+def test_cells_of_a_stroke_take_the_wear_of_the_indenter_above_them():
+    changes = {"loading": SlidingAmplitude(24e-6), "wear_law": Archard((1e-14, 1e-14))}
+    rubbing = Rubbing(on_strips(6, friction_law=Coulomb(0.9), **changes), (9, 1))
+    assert rubbing.places[0] == 0.0
+    depth = np.random.default_rng(1).random(9)
+    # In the middle of the stroke each cell is under its own.
+    above = rubbing.worn[: rubbing.cells] @ np.append(np.zeros(9), depth)
+    np.testing.assert_allclose(above, np.append(depth[::-1], depth), rtol=1e-12)
