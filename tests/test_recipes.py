@@ -128,8 +128,9 @@ def test_recipes_are_in_the_style_of_the_package(recipes, tool):
 
 @pytest.mark.slow
 def test_recipes_give_no_symbol_a_second_meaning(recipes):
+    test = ["tests/docs/test_reference.py", "-k", "two_quantities"]
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "tests/docs/test_reference.py", "-k", "two_quantities"],
+        [sys.executable, "-m", "pytest", "-q", *test],
         env={**os.environ, "PYTHONPATH": str(recipes / "src")},
         cwd=REPOSITORY,
         capture_output=True,
