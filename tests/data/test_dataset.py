@@ -15,10 +15,9 @@ from fretwear.data.dataset import (
     compared_results,
     different_parameters,
 )
-from fretwear.data.files import open_summary
 from fretwear.data.labels import history_line
 from fretwear.data.merge import check_belongs
-from fretwear.data.stack import representative_cycles, resampled
+from fretwear.data.stack import open_study, representative_cycles, resampled
 from fretwear.results import DEPTH, RESULTS, SCALARS, of_steps
 from fretwear.study.case import Case
 
@@ -204,8 +203,8 @@ def test_a_point_without_a_file_has_no_values(make_study, tmp_path):
     quick = base(load=None, cycles=1, cell="20 um", error_estimate=False)
     study = make_study({"load": ["20 N", "50 N"]}, base=quick, output={"cycles": [0, 1]})
     run_study(study, tmp_path, [*study.cases()][:1])
-    with open_summary(tmp_path / "summary.nc") as summary:
-        for name in ("wear_volume", "pressure_profile"):
+    with open_study(tmp_path) as summary:
+        for name in ("wear_volume", "pressure_profile", "pressure"):
             assert summary[name][0].notnull().all()
             assert summary[name][1].isnull().all()
         check_belongs(summary, study)
