@@ -5,6 +5,7 @@ import math
 import pytest
 
 import fretwear
+from fretwear.figures.maps import take_wear_map, wear_map
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.slip.models import Cerruti
 from fretwear.study.case import Case, CaseError
@@ -105,3 +106,38 @@ def test_stresses_below_a_coating_are_refused():
     case = steel(coating=HARD, slip_model="jaeger", cycles=1, error_estimate=False)
     with pytest.raises(StressError, match="the flat has a coating"):
         fretwear.stress(fretwear.simulate(case))
+
+
+WORN = {**HARD, "wear_coefficient": "1e-15 / Pa"}
+FOLLOWS = {"value": "1e-14 / Pa", "pressure_exponent": 0.6, "reference_pressure": "100 MPa"}
+
+
+@pytest.mark.parametrize(
+    ("given", "rule"),
+    [
+        ({"wear_coefficient": FOLLOWS}, "follows the contact"),
+        ({"wear_threshold": "2 mJ/mm^2"}, "wear_threshold"),
+        ({"debris_fraction": 1.0}, "debris_fraction: 1"),
+    ],
+)
+def test_what_a_worn_coating_excludes_is_refused(given, rule):
+    with pytest.raises(CaseError) as refused:
+        steel(coating=WORN, **given)
+    (mistake,) = refused.value.mistakes
+    assert mistake.key == "coating.wear_coefficient"
+    assert rule in mistake.rule
+    steel(coating=HARD, **given)
+
+
+@pytest.mark.slow
+def test_a_map_has_the_edge_of_the_exposed_substrate_and_a_warning_tells_of_thin_coatings():
+    thin = {**HARD, "thickness": "0.1 um", "wear_coefficient": "5e-13 / Pa"}
+    case = steel(coating=thin, cell="16 um", cycles=1500, error_estimate=False)
+    with pytest.warns(fretwear.ResultWarning, match="wears its coating thin"):
+        worn = fretwear.simulate(case)
+    assert float(worn.exposed_area[-1]) > 0.0
+    scar = take_wear_map(worn, None)
+    bare = (scar.thinned >= 1.0).sum() * float(worn.cell_x * worn.cell_y)
+    assert bare == near(float(worn.exposed_area[-1]), rel=0.1)
+    figure = wear_map(worn)
+    assert "edge of exposed substrate" in {text.get_text() for text in figure.legends[0].texts}
