@@ -356,7 +356,7 @@ class Quantity(Readable):
         elif value is None or value != self.omitted_value:
             yield name, value
 
-    def canonical(self, value: Any) -> object:
+    def canonical(self, value: object) -> object:
         """Return the SI numbers in a form that JSON can hold; infinity is the word ``none``."""
         if self.places in (MATERIALS, AXES) and value is not None:
             value = pair(value)
@@ -372,7 +372,7 @@ class Quantity(Readable):
             return self.infinite
         return self.zero if value == 0.0 else super().word_for(value)
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         """Return a value in readable units: ``25 N``, ``5.7°``, ``elastic``."""
         if not isinstance(value, float | int | str):
             return str(value)
@@ -678,7 +678,7 @@ def located(place: str | int, value: object, error: ValueError) -> ValidationErr
 
 def each(values: Sequence[object], read: Callable[[object], Value]) -> list[Value]:
     """Read the items of a list; the error lists all that are wrong."""
-    items = TypeAdapter(list[Annotated[Any, PlainValidator(read)]])
+    items: TypeAdapter[list[Value]] = TypeAdapter(list[Annotated[object, PlainValidator(read)]])
     return items.validate_python([*values])
 
 
@@ -692,7 +692,7 @@ def is_list(value: object) -> TypeGuard[Sequence[object]]:
     return isinstance(value, Sequence) and not isinstance(value, str | bytes)
 
 
-def pair(value: Any) -> tuple[Any, Any]:
+def pair(value: object) -> tuple[Any, Any]:
     """Return two values, equal where one was given."""
     return value if isinstance(value, tuple) else (value, value)
 

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -29,6 +29,8 @@ from fretwear_fit.request import Unknown
 _PREDICTED = 200  # draws whose predictions are stored
 UNLIKELY = 0.01
 """p value below which the noise does not explain the residuals."""
+
+Record: TypeAlias = Mapping[str, Any]  # the content of fit.json
 
 
 @dataclass(frozen=True)
@@ -211,7 +213,7 @@ class Fit:
         write_text(path, json.dumps(self.as_dict(), indent=1, ensure_ascii=False) + "\n")
 
 
-def parameter_table(record: Mapping[str, Any]) -> pd.DataFrame:
+def parameter_table(record: Record) -> pd.DataFrame:
     """Value and intervals of each parameter as texts, from the content of ``fit.json``."""
     rows = {}
     for name, about in record["parameters"].items():

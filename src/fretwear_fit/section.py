@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 import xarray as xr
@@ -16,7 +16,7 @@ from fretwear.data.atomic import DataFileError
 from fretwear.data.groups import open_group
 from fretwear.report import Section, table_html
 from fretwear.units import QuantityError
-from fretwear_fit.fit import parameter_table
+from fretwear_fit.fit import Record, parameter_table
 from fretwear_measured.tables import TABLES
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:
         yield Section("fit", "Fit to measurements", body, (*drawn,), is_first=True)
 
 
-def _body(record: Mapping[str, Any]) -> Markup:
+def _body(record: Record) -> Markup:
     """The section, of the content of ``fit.json``."""
     body = Markup("<p>χ² is {:.4g} with {} degrees of freedom, p = {:.2g}; {} runs.</p>").format(
         record["chi_square"], record["degrees_of_freedom"], record["p_value"], record["runs"]

@@ -373,9 +373,9 @@ class Case(Setup):
         canonical.pop("kind", None)
         return canonical
 
-    def _identifying_members(self) -> dict[str, Any]:
+    def _identifying_members(self) -> Members:
         """The members in the one form that all cases of the same physics share."""
-        values: dict[str, Any] = {name: getattr(self, name) for name in case_members()}
+        values: Members = {name: getattr(self, name) for name in case_members()}
         values |= {"loading": self.plain_loading, "cell": None}
         if self.asked_accuracy is None:
             values |= {"cell": self.grid_spacing, "accuracy": Case.accuracy}
@@ -428,7 +428,7 @@ class Case(Setup):
             for _, value, parameter in self._declared_coordinates()
         }
 
-    def _declared_coordinates(self) -> Iterator[tuple[str, Any, Parameter]]:
+    def _declared_coordinates(self) -> Iterator[tuple[str, float | str, Parameter]]:
         keys, following = case_keys(), derived(Case)
         for name, value in self._coordinates():
             parameter = keys.coordinate(name).in_frame(self.frame)
@@ -465,9 +465,9 @@ class Case(Setup):
 
 
 @lru_cache(2)
-def _form(keys: Keys) -> TypeAdapter[dict[str, Any]]:
+def _form(keys: Keys) -> TypeAdapter[Members]:
     """The pydantic form that reads the keywords of a case."""
-    return TypeAdapter(Annotated[dict[str, Any], MappingOf({**keys.types, **_SNAPSHOTS})])
+    return TypeAdapter(Annotated[Members, MappingOf({**keys.types, **_SNAPSHOTS})])
 
 
 def _read(parameters: Mapping[str, object]) -> tuple[Members, Set[str], Mistakes]:
@@ -486,7 +486,7 @@ def _read(parameters: Mapping[str, object]) -> tuple[Members, Set[str], Mistakes
 
 
 def assembled(
-    values: Mapping[str, Any], unread: Set[str], snapshots: tuple[int, ...] | None
+    values: Mapping[str, object], unread: Set[str], snapshots: tuple[int, ...] | None
 ) -> tuple[Members, Set[str], Mistakes]:
     """Return the members of a case by the values of keys, the unread members, and the mistakes.
 

@@ -12,7 +12,7 @@ them where it is installed, up to twice as fast here as scipy.fft, which makes t
 agree to rounding. None is normalized: a transform and its inverse (III undoes II, IV undoes itself)
 together multiply by twice the number of cells on the positive side.
 
-Any other field is convolved as a whole, by real Fourier transforms of the padded window.
+Other fields are convolved as a whole, by real Fourier transforms of the padded window.
 """
 
 from __future__ import annotations
