@@ -678,7 +678,7 @@ def located(place: str | int, value: object, error: ValueError) -> ValidationErr
 
 def each(values: Sequence[object], read: Callable[[object], Value]) -> list[Value]:
     """Read the items of a list; the error lists all that are wrong."""
-    items: TypeAdapter[list[Value]] = TypeAdapter(list[Annotated[object, PlainValidator(read)]])
+    items: TypeAdapter[list[Value]] = TypeAdapter(list[Annotated[Value, PlainValidator(read)]])
     return items.validate_python([*values])
 
 
