@@ -31,7 +31,7 @@ EDGE = 0.1
 """Least error of an edge, in cells: it may cut the same part of a cell in both runs."""
 
 STEPS = 0.06
-"""Least error of what steps add up, over the tolerance: cells and steps may err in opposite
+"""Least error of what steps add up or move, over the tolerance: cells and steps may err in opposite
 directions."""
 
 WEAR_IN = 0.85
@@ -70,7 +70,7 @@ def cell_errors(
         error = part * np.maximum(apart, usual)
         if kind == "edge":
             error = np.maximum(error, EDGE * case.width_at_edges / case.hertz_radius * own)
-        elif kind in ("volume", "depth", "cycle"):
+        if kind in ("edge", "volume", "depth", "cycle"):
             error[1:] = np.maximum(error[1:], STEPS * case.tolerance * own[1:])
         elif kind == "peak":
             # The cell with the peak changes, and tells nothing of the others.
