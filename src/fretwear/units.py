@@ -275,7 +275,8 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
     else:
         match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
         if match is None:
-            raise QuantityError(dimension.expectation)
+            hint = "several values belong into vary of a study" if isinstance(value, list) else ""
+            raise QuantityError(dimension.expectation, hint)
         written, unit = match["number"], match["unit"].strip()
     if dimension.is_plain_number:
         if unit not in ("", PERCENT.name):

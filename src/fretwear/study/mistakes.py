@@ -125,10 +125,7 @@ def _mistake(one: ErrorDetails, schema: Callable[[], Schema]) -> Mistake:
     place, value, context = "".join(steps).removeprefix("."), one["input"], one.get("ctx", {})
     match one["type"]:
         case "value_error" if isinstance(context["error"], QuantityError):
-            hint = context["error"].hint
-            if isinstance(value, list) and not hint and path[0] == "base":
-                hint = "several values belong into vary"
-            return Mistake(place, value, context["error"].rule, hint)
+            return Mistake(place, value, context["error"].rule, context["error"].hint)
         case "missing":
             return Mistake(place, None, "is missing")
         case "unexpected_keyword_argument" | "extra_forbidden":
