@@ -613,10 +613,9 @@ class Part:
     @cache
     def kinds(cls) -> Mapping[str, type[Self]]:
         """The kinds of a family by name, in the order in which they were defined."""
-        kinds: dict[str, type[Self]] = {}
+        # A class derived from a kind is the same kind unless it names its own.
+        kinds = {cls.kind: cls} if cls.__dict__.get("kind") else {}
         for heir in cls.__subclasses__():
-            # A class derived from a kind is the same kind unless it names its own.
-            kinds |= {heir.kind: heir} if heir.__dict__.get("kind") else {}
             kinds |= heir.kinds()
         return kinds
 

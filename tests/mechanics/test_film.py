@@ -15,7 +15,7 @@ from fretwear.mechanics.contact.problem import ContactProblem, solve_contact
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.contact.strips import Row, Strips, influence_of_cell
 from fretwear.mechanics.slip.models import Cerruti
-from fretwear.mechanics.surfaces.coating import ElasticLayer
+from fretwear.mechanics.surfaces.coating import Coating
 from fretwear.mechanics.surfaces.materials import ElasticBodies
 from fretwear.mechanics.wear.integrator import first_loading
 
@@ -239,7 +239,7 @@ def test_partial_slip_on_a_film_is_that_of_a_dense_solution(ratio, thickness):
         count,
         load_ratio=0.7,
         bodies=ElasticBodies(*STEEL),
-        coating=ElasticLayer(thickness * A, ratio * STEEL[0], 0.25),
+        coating=Coating(thickness * A, ratio * STEEL[0], 0.25),
         slip_model=Cerruti(),
         extent=(1.4 * A, 1.4 * A),
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.surfaces.coating import ElasticLayer
+from fretwear.mechanics.surfaces.coating import Coating
 from fretwear.mechanics.surfaces.laws import Archard
 from fretwear.mechanics.values import OfBodies
 from fretwear.mechanics.wear.integrator import evolve
@@ -35,7 +35,7 @@ def contact(kind, thickness=None, coefficient=None, *, stiffer=1.0, **changes):
         return problem
     bodies = problem.bodies
     elastic = stiffer * bodies.youngs_modulus, bodies.poisson_ratio
-    return replace(problem, coating=ElasticLayer(thickness, *elastic, coefficient))
+    return replace(problem, coating=Coating(thickness, *elastic, coefficient))
 
 
 @cache
@@ -94,6 +94,46 @@ def test_a_vanishing_coating_is_the_substrate(kind, times):
     assert len(coated) == len(uncoated)
     scale = uncoated[-1].wear.max()
     np.testing.assert_allclose(coated[-1].wear, uncoated[-1].wear, atol=1e-6 * scale)
+
+
+def capped(kind, coating, substrate, thickness=None, coefficient=WEAR, **changes):
+    """The problem with plastic limits over the peak pressure of elastic bodies, and its states."""
+    problem = contact(kind, thickness, coefficient)
+    limits = [limit * problem.hertz.peak_pressure for limit in (coating, substrate)]
+    if thickness is not None:
+        problem = replace(problem, coating=replace(problem.coating, plastic_limit=limits[0]))
+    problem = replace(problem, plastic_limit=limits[1])
+    return problem, [*evolve(problem, [STOP], **changes)]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_limit_of_a_substrate_that_is_never_bare_does_not_matter(kind):
+    ends = [capped(kind, 0.9, substrate, 1.0)[1][-1] for substrate in (0.9, np.inf)]
+    assert ends[0].plastic.max() > 0.01 * ends[0].wear.max()
+    for name in ("wear", "plastic"):
+        found, expected = (getattr(end, name) for end in ends)
+        np.testing.assert_allclose(found, expected, atol=1e-9 * expected.max())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["strips", "rings"])
+@pytest.mark.parametrize(("coating", "substrate"), [(0.9, 0.7), (1.0, 2.0), (1.3, 0.7)])
+def test_each_material_keeps_its_plastic_limit(kind, coating, substrate):
+    volumes = []
+    for tolerance in (0.01, 0.001):
+        problem, states = capped(
+            kind, coating, substrate, 0.3 * deepest(kind), 0.5 * WEAR, tolerance=tolerance
+        )
+        last, peak = states[-1], problem.hertz.peak_pressure
+        bare = problem.interface.reached(last.wear)
+        assert 0 < bare.sum() < bare.size
+        assert last.pressure[bare].max() <= (1.0 + 1e-9) * substrate * peak
+        assert last.pressure[~bare].max() <= (1.0 + 1e-9) * coating * peak
+        volumes.append(last.geometry.integral(last.wear))
+    assert volumes[0] == near(volumes[1], rel=0.01)
+    if coating > substrate:
+        assert last.pressure[~bare].max() > 1.2 * last.pressure[bare].max()
 
 
 @pytest.mark.slow

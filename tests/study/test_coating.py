@@ -129,6 +129,24 @@ def test_what_a_worn_coating_excludes_is_refused(given, rule):
     steel(coating=HARD, **given)
 
 
+def test_the_plastic_limit_of_a_coating_is_refused_over_strokes_and_where_too_low():
+    hard = {**HARD, "plastic_limit": "12 GPa"}
+    assert steel(coating=hard).plastic_limits == (near(12e9), math.inf)
+    slides = {"tangential_ratio": None, "sliding_amplitude": "20 um"}
+    wears = {"wear_coefficient": ["1e-14 / Pa", "1e-14 / Pa"]}
+    soft = {**HARD, "plastic_limit": "1 MPa"}
+    for given, rule in (
+        ({"coating": hard, **slides, **wears}, "sliding"),
+        ({"coating": soft}, "low"),
+    ):
+        with pytest.raises(CaseError) as refused:
+            steel(**given)
+        (mistake,) = refused.value.mistakes
+        assert mistake.key == "coating.plastic_limit"
+        assert rule in mistake.rule
+    steel(coating=HARD, **slides, **wears)
+
+
 @pytest.mark.slow
 def test_a_map_has_the_edge_of_the_exposed_substrate_and_a_warning_tells_of_thin_coatings():
     thin = {**HARD, "thickness": "0.1 um", "wear_coefficient": "5e-13 / Pa"}

@@ -225,7 +225,8 @@ def _of_unlike_bodies(case: Case) -> _Words:
 
 
 def _of_materials(case: Case) -> _Words:
-    limit = case.slip_limit if case.tangential_ratio >= 1.0 else case.plastic_limit
+    slides = case.tangential_ratio >= 1.0
+    limit = case.plastic_limits[0] * (case.shear_on_limit if slides else 1.0)
     pressures = limit, case.hertz.mean_pressure
     if pressures[0] < pressures[1]:
         numbers = (format_quantity(pressure, PRESSURE, 3) for pressure in pressures)
@@ -244,7 +245,7 @@ def _of_strains(case: Case) -> _Words:
         return
     peak, stiffness = case.hertz_pressure, case.composite_modulus
     width = case.hertz_radius / case.indenter.curvature_radius
-    is_elastic = math.isinf(case.plastic_limit) and stiffness >= LEAST_STIFFNESS
+    is_elastic = math.isinf(case.slip_limit) and stiffness >= LEAST_STIFFNESS
     if is_elastic and peak > GREATEST_HARDNESS * stiffness:
         yield (
             "presses elastic bodies harder than most materials bear",

@@ -192,7 +192,7 @@ class Discretisation:
         zones = self.zones_of_tip
         radius, stick = setup.hertz_radius, setup.stick_radius
         in_a_ring = (
-            math.isfinite(setup.plastic_limit) and self._closing_pressure < setup.hertz_pressure
+            math.isfinite(setup.slip_limit) and self._closing_pressure < setup.hertz_pressure
         )
         cells = CELLS_PER_CONTACT_RADIUS
         if in_a_ring:
@@ -261,7 +261,7 @@ class Discretisation:
         zones = {"contact of a tip": ((2.0 * along_x, 2.0 * along_y), CELLS_ACROSS_TIP)}
         share = math.cbrt(1.0 - min(setup.tangential_ratio, 1.0))
         # A contact that slides as a whole has no stick edge.
-        if math.isfinite(setup.plastic_limit) and share > 0.0:
+        if math.isfinite(setup.slip_limit) and share > 0.0:
             round_one = HertzContact(contact.radius, contact.load, contact.composite_modulus)
             band = LimitingState(round_one, 1.0 - share).width_above(setup.slip_limit)
             part = min(band / contact.contact_radius, 1.0 - math.sqrt(share))
@@ -333,7 +333,7 @@ class Discretisation:
         A band too narrow for the cells to yield has no such effect.
         """
         setup = self.setup
-        if math.isinf(setup.plastic_limit) or not self.slip_model.follows_shape:
+        if math.isinf(setup.slip_limit) or not self.slip_model.follows_shape:
             return False
         if setup.rough is not None and self._closing_pressure > setup.hertz_pressure:
             yields = "band that yields" in self.zones_of_tip
@@ -365,7 +365,7 @@ class Discretisation:
         of 0.1 to 0.9 and limits of 1.05 to 5 p0.
         """
         setup = self.setup
-        if math.isinf(setup.plastic_limit):
+        if math.isinf(setup.slip_limit):
             return False
         edge = float(setup.hertz.pressure(setup.stick_radius))
         worn = self.cycles * setup.largest_wear_growth * edge
@@ -380,7 +380,7 @@ class Discretisation:
         width in an elastic case, at most the stick radius.
         """
         setup = self.setup
-        if math.isinf(setup.plastic_limit):
+        if math.isinf(setup.slip_limit):
             return 0.0
         ratio = min(setup.tangential_ratio, NEARLY_GROSS)
         return setup.indenter.limiting(setup.hertz, ratio).width_above(setup.slip_limit)

@@ -210,12 +210,18 @@ def _of_worn_coating(setup: Setup) -> Iterator[Mistake]:
         yield Mistake(key, None, rule, "write debris_fraction: 0.999")
 
 
-@rule("indenter", "normal", "loading", "coating")
+@rule("indenter", "normal", "loading", "coating", "wear_law", "friction_law")
 def _of_coating(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
     """Coatings exclude closed forms of uncoated bodies and equal operators for p and q."""
     if setup.coating is None:
         return
     loading = setup.loading
+    if setup.coating.plastic_limit is not None and (loading.stroke or setup.interface is None):
+        what = (
+            "sliding_amplitude" if loading.stroke else "wear coefficients that follow the contact"
+        )
+        rule = f"cannot be combined with {what}"
+        yield Mistake("coating.plastic_limit", None, rule, "give plastic_limit for both")
     if slip_model.couples or not slip_model.follows_shape:
         rule = f"cannot be combined with slip_model: {slip_model.kind}"
         yield Mistake("coating", None, rule, "write slip_model: cerruti")
@@ -347,7 +353,7 @@ def _of_size(setup: Setup) -> Iterator[Mistake]:
         yield Mistake(setup.normal.kind, amount, rule)
 
 
-@rule(*_UNWORN, "plastic_limit", "junction_growth")
+@rule(*_UNWORN, "plastic_limit", "junction_growth", "coating")
 def _of_limit(setup: Setup) -> Iterator[Mistake]:
     """The capped pressure must carry P on a contact that half-space theory can describe.
 
@@ -356,10 +362,16 @@ def _of_limit(setup: Setup) -> Iterator[Mistake]:
     friction. Wear without plastic flow stays far below.
     """
     largest, excess = _largest_contact(setup)
-    limit = setup.slip_limit if setup.tangential_ratio >= 1.0 else setup.plastic_limit
-    if limit < setup.hertz.spread_pressure(largest):
-        limit_text = format_quantity(setup.plastic_limit, PRESSURE)
-        yield Mistake("plastic_limit", limit_text, f"is too low to carry the load without {excess}")
+    shear = setup.shear_on_limit if setup.tangential_ratio >= 1.0 else 1.0
+    limits = dict(
+        zip(("coating.plastic_limit", "plastic_limit"), setup.plastic_limits, strict=True)
+    )
+    if limits["coating.plastic_limit"] == limits["plastic_limit"]:
+        del limits["coating.plastic_limit"]
+    for key, limit in limits.items():
+        if shear * limit < setup.hertz.spread_pressure(largest):
+            limit_text = format_quantity(limit, PRESSURE)
+            yield Mistake(key, limit_text, f"is too low to carry the load without {excess}")
 
 
 def _largest_contact(setup: Setup) -> tuple[float, str]:

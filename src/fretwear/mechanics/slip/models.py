@@ -156,7 +156,7 @@ class SlipModel(Part):
         return setup.normal.holds_load and setup.reduced_condition(load, 0.0).load == reduced.load
 
     def limit(
-        self, highest: float, growth: float, pressure: Array, reduced: ReducedContact
+        self, highest: float | Array, growth: float, pressure: Array, reduced: ReducedContact
     ) -> Array:
         """Pressure, Pa, at which each cell yields by p² + αq² = p_lim²; ``growth`` is αµ².
 

@@ -2,7 +2,7 @@
 
 The parameters of the flat are then those of the substrate. The elastic layer keeps its thickness:
 wear changes the shape of the surface, but not its elasticity. Where the flat has worn by the
-thickness, the wear coefficient is that of the substrate.
+thickness, wear coefficient and plastic limit are those of the substrate.
 """
 
 from __future__ import annotations
@@ -21,20 +21,9 @@ from fretwear.quantity import Part, Quantity
 _ROUNDING = 1e-9
 
 
-class Coating(Part):
-    """What covers the flat."""
-
-    thickness: float  # m
-    wear_coefficient: float | None  # of the flat while it is coated, 1/Pa; None: as below it
-
-    def film(self, shear_modulus: float, poisson_ratio: float) -> Film:
-        """The elastic film on a substrate of a shear modulus, Pa, and a Poisson's ratio."""
-        raise NotImplementedError
-
-
 @dataclass(frozen=True)
-class ElasticLayer(Coating):
-    """An isotropic elastic layer of even thickness."""
+class Coating(Part):
+    """An isotropic elastic layer of even thickness on the flat."""
 
     thickness: Annotated[
         float,
@@ -56,6 +45,12 @@ class ElasticLayer(Coating):
         Quantity("Pa-1", r"$K_\mathrm{c}$", "wear coefficient", "/ Pa", like="1e-15 / Pa", gt=0.0),
         "Wear coefficient of the layer in the law of the case, K_w or α. Once the flat has worn by "
         "the thickness, that of the case takes its place; none: both are equal.",
+    ] = None
+    plastic_limit: Annotated[
+        float | None,
+        Quantity("Pa", r"$p_\mathrm{lim,c}$", "plastic limit", "MPa", like="12 GPa", gt=0.0),
+        "Highest pressure on the layer. Where it is worn through, that of the case takes its "
+        "place; none: both are equal.",
     ] = None
     kind: Literal["elastic_layer"] = "elastic_layer"
 

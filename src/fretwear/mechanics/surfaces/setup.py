@@ -334,11 +334,21 @@ class Setup:
         load = self.stick_load
         return self.hertz.with_load(load).contact_radius if load > 0.0 else 0.0
 
+    @property
+    def plastic_limits(self) -> tuple[float, float]:
+        """Plastic limits, Pa, of the surface and below a coating; equal without one."""
+        coated = None if self.coating is None else self.coating.plastic_limit
+        return self.plastic_limit if coated is None else coated, self.plastic_limit
+
     @cached_property
     def slip_limit(self) -> float:
-        """Largest pressure where the bodies slip, Pa: p_lim/√(1 + αµ²), as q = µp there."""
-        growth = self.junction_growth * self.friction_law.coefficient**2
-        return self.plastic_limit / sqrt(1.0 + growth)
+        """Largest pressure where the bodies slip, Pa: the lower one of coating and substrate."""
+        return self.shear_on_limit * min(self.plastic_limits)
+
+    @cached_property
+    def shear_on_limit(self) -> float:
+        """Pressure limit where the bodies slip over p_lim: 1/√(1 + αµ²), as q = µp there."""
+        return 1.0 / sqrt(1.0 + self.junction_growth * self.friction_law.coefficient**2)
 
     # Wear.
 

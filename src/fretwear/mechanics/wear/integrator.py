@@ -248,7 +248,7 @@ def first_loading(
     geometry = cells or (first_cells(problem) if previous is None else previous.geometry)
     cycle, step, spent = (getattr(previous, name, 0) for name in ("cycle", "step", "convolutions"))
     now = problem.at(cycle)
-    limit = YieldLimit(now, geometry, now.plastic_limit)
+    limit = None
     for _ in range(_LARGEST_SWEEPS):
         bodies, zeros = workspace.on(geometry), np.zeros(geometry.shape)
         energy = zeros if now.friction_law.follows_slip else None
@@ -259,6 +259,8 @@ def first_loading(
             zeros if not previous else previous.geometry.resized(getattr(previous, name), geometry)
             for name in ("pressure", "wear", "opening", "plastic")
         )
+        if limit is None:
+            limit = YieldLimit(now, geometry, wear, now.limit_without_shear(wear))
         shape = bodies.unworn + opening + plastic
         contact = solve_contact(
             problem.contact(bodies.half_space, shape, limit=limit.value),
@@ -268,7 +270,7 @@ def first_loading(
         spent += contact.convolutions
         larger = holding_cells(geometry, workspace, contact.pressure, contact.approach)
         if larger.shape != geometry.shape:
-            geometry, limit = larger, YieldLimit(now, larger, now.plastic_limit)
+            geometry, limit = larger, None
             continue
         plastic = plastic + contact.penetration
         load = now.load_of(geometry, contact)
@@ -283,7 +285,7 @@ def first_loading(
         )
         reduced = now.slip_model.reduced(now, pressed)
         spent += reduced.convolutions
-        if limit.suits(contact, reduced, accuracy.contact * load):
+        if limit.suits(contact, reduced, wear, accuracy.contact * load):
             break
     else:
         raise ContactError("the limit of pressure that friction lowers did not settle")
@@ -627,9 +629,10 @@ class Evolution(Integrator[State]):
         if first.yielded or second.yielded:
             # A cell at the limit p sinks until wear, at the rate β p, has freed it. A much longer
             # step would miss the flow in between.
-            longest = sqrt(self.tolerance / TOLERANCE) / (
-                max(np.max(rate * slope) for rate in rates) * problem.slip_limit
-            )
+            limit = problem.limit_without_shear(second.wear)
+            limit = slope * np.where(np.isfinite(limit), limit, 0.0)
+            freed = max(np.max(rate * limit) for rate in rates) * problem.shear_on_limit
+            longest = sqrt(self.tolerance / TOLERANCE) / freed
             factor = min(factor, longest / step)
-            accepted &= step <= _ACCEPTED * longest
+            accepted &= bool(step <= _ACCEPTED * longest)
         return error, factor, accepted

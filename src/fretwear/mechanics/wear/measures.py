@@ -130,7 +130,7 @@ class Measures:
         inner, outer = (pressure.ravel()[cells].sum() for cells in (zone.inside, zone.outside))
         if outer > 0.0:
             load -= excess * 2.0 / zone.inside.size * float(inner * outer / (inner + outer))
-        return min(load, self.problem.plastic_limit * zone.area)
+        return min(load, max(self.problem.plastic_limits) * zone.area)
 
     def _volume(self, index: int, body: str) -> float:
         """Wear volume of a body, m³."""
@@ -498,7 +498,10 @@ def largest_pressure(problem: WearProblem, state: State) -> float:
         neighbours = geometry.zone(Region(reduced.stick, geometry.extent[0])).outside
         opened, gap = (field.ravel()[neighbours] for field in (state.opening, reduced.gap))
         is_singular = bool(problem.slip_model.follows_shape and (opened > _DOUBLED * gap).any())
-    return problem.plastic_limit if is_singular else float(pressure.max())
+    if not is_singular:
+        return float(pressure.max())
+    limit = np.broadcast_to(problem.limit_without_shear(state.wear), pressure.shape)
+    return float(limit.flat[pressure.argmax()])
 
 
 def half_width(

@@ -124,9 +124,11 @@ class ImplicitStage:
         """
         drift, reduced, geometry = self._expected(change), self.base.reduced, self.bodies.geometry
         problem = self.problem
-        limit = YieldLimit(problem, geometry, problem.pressure_limit(self.base.pressure, reduced))
+        base = self.base
+        limited = problem.pressure_limit(base.pressure, reduced, base.wear)
+        limit = YieldLimit(problem, geometry, base.wear, limited)
         if reduced.follows_pressure:
-            highest = np.maximum(pressure, self.base.pressure)
+            highest = np.maximum(pressure, base.pressure)
             exposure = exposure.limited(self._exponent(exposure, drift, highest))
         relaxation, previous, usual = 1.0, inf, exposure
         for _ in range(_LARGEST_SWEEPS):
@@ -136,7 +138,7 @@ class ImplicitStage:
             stage = self._flow(exposure, contact, layer, reduced, tolerance)
             pressure, reduced = stage.pressure, stage.reduced
             allowed = self.accuracy.limit * self.tolerance * stage.load
-            settled = limit.suits(contact, reduced, allowed) & self._rubs_alike(stage)
+            settled = limit.suits(contact, reduced, stage.wear, allowed) & self._rubs_alike(stage)
             exposure = self._rubbed(usual, problem)
             if not stage.yielded and drift.shift is None:
                 if settled:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import nan
+from math import inf, nan
 from typing import Any, Self
 
 import numpy as np
@@ -65,11 +65,10 @@ class WearProblem(Setup):
         half_space: HalfSpace,
         shape: Array,
         layer: Layer | None = None,
-        limit: float | Array | None = None,
+        limit: float | Array = inf,
     ) -> ContactProblem:
-        """The normal contact of a shape, m; friction may lower the pressure limit, Pa."""
+        """The normal contact of a shape, m, under a pressure limit, Pa."""
         load, approach = self.normal.held
-        limit = self.plastic_limit if limit is None else limit
         return ContactProblem(half_space, shape, load, limit, layer, approach)
 
     def over_substrate(self, layer: Layer) -> Layer:
@@ -128,11 +127,22 @@ class WearProblem(Setup):
         most = friction * pressure
         return np.clip(friction * (pressure - reduced.pressure), -most, most)
 
-    def pressure_limit(self, pressure: Array, reduced: ReducedContact) -> float | Array:
+    def limit_without_shear(self, wear: Array) -> float | Array:
+        """Plastic limit, Pa, of all cells or of each at a wear depth, m."""
+        above, below = self.plastic_limits
+        if above == below or self.interface is None:
+            return above
+        return np.where(self.interface.reached(wear), below, above)
+
+    def pressure_limit(
+        self, pressure: Array, reduced: ReducedContact, wear: Array
+    ) -> float | Array:
         """Largest pressure, Pa, of all cells or of each, under the shear traction of a contact."""
-        highest, lowest = self.plastic_limit, self.slip_limit
-        if highest == lowest or not reduced.pressure.any():
-            return lowest
+        highest = self.limit_without_shear(wear)
+        if not self.junction_growth:
+            return highest
+        if not reduced.pressure.any():
+            return self.shear_on_limit * highest
         growth = self.junction_growth * self.friction_law.coefficient**2
         return self.slip_model.limit(highest, growth, pressure, reduced)
 
@@ -229,7 +239,10 @@ class Workspace:
 
 
 class YieldLimit:
-    """The pressure limit, which shear lowers, iterated with the contact that depends on it.
+    """The pressure limit, iterated with the contact that depends on it.
+
+    Shear lowers the limit, and a coating that is worn through changes it; a cell that an iterate
+    has worn through keeps the limit of the substrate.
 
     If more cells yield under a lower limit, others bear more, which reduces the shear in the stick
     zone and raises the limit there. So the limits of successive contacts alternate, mostly in a
@@ -237,26 +250,30 @@ class YieldLimit:
     for computer iteration", Int. J. Numer. Meth. Engng 1 (1969).
     """
 
-    def __init__(self, problem: WearProblem, geometry: Geometry, value: float | Array) -> None:
-        self._problem, self._geometry = problem, geometry
+    def __init__(
+        self, problem: WearProblem, geometry: Geometry, wear: Array, value: float | Array
+    ) -> None:
+        self._problem, self._geometry, self._wear = problem, geometry, wear
         self.value = value  #: Pa, of all cells or of each
         self._part, self._before = 1.0, np.zeros(())
 
-    def suits(self, contact: Contact, reduced: ReducedContact, enough: float) -> bool:
+    def suits(self, contact: Contact, reduced: ReducedContact, wear: Array, enough: float) -> bool:
         """Whether a contact keeps the limit that follows from it; otherwise the limit is changed.
 
         The tolerance is a load, N: the excess over the new limit, plus the load missing on cells at
         the former limit.
         """
         problem, integral = self._problem, self._geometry.integral
-        if problem.slip_limit == problem.plastic_limit:
+        self._wear = np.maximum(self._wear, wear)
+        pressure = contact.pressure
+        limit = problem.pressure_limit(pressure, reduced, self._wear)
+        if not problem.junction_growth and np.array_equal(limit, self.value):
             return True
-        limit, pressure = problem.pressure_limit(contact.pressure, reduced), contact.pressure
         matters = contact.saturated | (pressure > limit)
         if integral(np.where(matters, np.abs(pressure - limit), 0.0)) <= enough:
             return True
         change = np.where(matters, limit - self.value, 0.0)
-        if self._before.any():
+        if problem.junction_growth and self._before.any():
             turned = self._before - change
             part = self._part * integral(self._before * turned) / integral(turned * turned)
             self._part = min(max(part, _LEAST_PART), 1.0)
@@ -391,7 +408,8 @@ class State(Stage):
             fields["pulse"] = self.pulse.on(old, geometry)
         if self.friction_energy is not None:
             fields["friction_energy"] = old.resized(self.friction_energy, geometry)
-        fields["pressure"] = np.clip(fields["pressure"], 0.0, problem.plastic_limit)
+        limit = problem.limit_without_shear(fields["wear"])
+        fields["pressure"] = np.clip(fields["pressure"], 0.0, limit)
         shape = bodies.unworn + fields["opening"] + fields["plastic"]
         here, there = geometry.where(old), old.where(geometry)
 
