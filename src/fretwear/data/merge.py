@@ -102,7 +102,8 @@ def merge_study(
                     extra = section.extra_results(file, row[CYCLE.name], tell)
                     for each, values in extra.items():
                         row[each.name] = values
-                        headers["", each.name] = Header((CYCLE.name,), each.attributes)
+                        header = Header((CYCLE.name,), values.dtype, each.attributes)
+                        headers["", each.name] = header
                 rows[number] = row
             except DataFileError as error:
                 errors.append(error)
@@ -123,7 +124,7 @@ def merge_study(
     heads = {name: header for (_, name), header in headers.items()}
     scalars = {n: each for n, each in heads.items() if each.dims == (CYCLE.name,) and n not in axes}
     profiles = {
-        name: Header((CYCLE.name, X.name), _profile_attributes(field))
+        name: Header((CYCLE.name, X.name), np.dtype(field.dtype), _profile_attributes(field))
         for name, field in MERGED_PROFILES.items()
     }
     for row in rows.values():
@@ -229,11 +230,11 @@ def _side_by_side(
     `places` index the values of each point on the first axis of a variable.
     """
     variables = {}
-    for name, (dims, attributes) in headers.items():
+    for name, (dims, dtype, attributes) in headers.items():
         there = {number: row[name] for number, row in rows.items() if name in row}
         if not there:
             continue
-        dtype, shape = next(iter(there.values())).dtype, [axes[dim].size for dim in dims]
+        shape = [axes[dim].size for dim in dims]
         empty = NOT_DONE if dtype.kind == "i" else math.nan
         values = np.full((math.prod(study.shape), *shape), empty, dtype)
         for number, stored in there.items():
