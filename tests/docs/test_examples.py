@@ -13,6 +13,7 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
 PAGES = [
     DOCS / "tutorial.md",
+    DOCS / "questions.md",
     *sorted((DOCS / "how-to").glob("*.md")),
     REPOSITORY / "CONTRIBUTING.md",
 ]
