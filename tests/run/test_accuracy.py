@@ -73,12 +73,27 @@ def test_the_id_says_what_was_asked_for_and_the_dataset_what_came_out(smooth):
     assert make(accuracy="none").canonical_parameters()["cell"] == [*case.grid_spacing]
 
 
-def test_a_written_cell_overrules_an_accuracy_and_a_tolerance_stays_as_written():
+def test_a_written_cell_and_a_written_tolerance_stay_whatever_the_accuracy():
     written = make(cell=["2 um", "2 um"], accuracy=0.001)
-    assert written.asked_accuracy is None
+    runs = [finished(1.0, at=0.002)]
     assert next_width(written, []) == 1.0
-    assert next_width(written, [finished(1.0, 1.0)]) is None
+    assert next_width(written, runs) is None
+    assert unreached(written, runs).remedy == "set a narrower `cell`, or none"
+    assert unreached(written.replace(cell="3 um"), runs) is None  # no accuracy beside it
     assert make(tolerance=0.003).on_cells(2.0).tolerance == 0.003
+
+
+@pytest.mark.slow
+def test_both_remedies_of_a_written_cell_reach_the_accuracy():
+    given = {"load": "200 N/mm", "indenter": {"kind": "cylinder", "radius": "10 mm"}}
+    wide = make(**given, cell="4 um", accuracy=0.002, cycles=300, output_cycles=[0, 100, 300])
+    told = []
+    ds = run(wide, warn=told.append).dataset
+    assert told == [ds.attrs["warnings"]]
+    assert "less accurately than the 0.2 % asked for" in told[0]
+    assert ds.fretwear.case.accuracy == wide.accuracy
+    for cell in ("1 um", None):
+        assert not run(wide.replace(cell=cell, accuracy=0.002)).dataset.attrs["warnings"], cell
 
 
 def test_cells_become_narrower_by_what_errors_that_fall_with_the_width_need():

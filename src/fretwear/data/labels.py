@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import subprocess
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -112,7 +113,7 @@ def case_dataset(
         counts = values > _TRACE * np.nan_to_num(values).max(initial=0.0)
         relative[scalar.words] = float((apart[counts] / values[counts]).max(initial=0.0))
     of_run = trouble, beyond_friction, unreached, _thinned(computed, fields)
-    measured = case.asked_accuracy is not None
+    measured = math.isfinite(case.accuracy)
     reasons = case_warnings(computed, relative, *of_run, measured=measured)
     attributes = {
         "title": f"Fretting wear of case {case.case_id}",

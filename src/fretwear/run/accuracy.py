@@ -113,8 +113,8 @@ def relative_errors(scalars: ScalarValues, errors: ScalarValues) -> ScalarValues
 
 def unreached(case: Case, rounds: Sequence[GridRun]) -> CaseWarning | None:
     """Return which results of a case miss its accuracy, by how much, and what to do."""
-    accuracy, last = case.asked_accuracy, rounds[-1]
-    if accuracy is None or not last.errors or last.error <= accuracy:
+    accuracy, last = case.accuracy, rounds[-1]
+    if not last.errors or last.error <= accuracy:
         return None
     missed = []
     for name, errors in last.errors.items():
@@ -123,6 +123,9 @@ def unreached(case: Case, rounds: Sequence[GridRun]) -> CaseWarning | None:
         when += f" at cycle {cycle}" if cycle < case.output_cycles[-1] else ""
         if (error := float(errors.max())) > accuracy:
             missed.append((error, RESULTS[name].words, when))
-    is_bound = _narrower(case, accuracy, rounds, math.inf) is not None
-    remedy = "raise `budget`" if is_bound else "set a narrower `cell`"
+    remedy = "set a narrower `cell`"
+    if case.asked_accuracy is None:
+        remedy += ", or none"
+    elif _narrower(case, accuracy, rounds, math.inf) is not None:
+        remedy = "raise `budget`"
     return CaseWarning.inaccurate(accuracy, missed, remedy)

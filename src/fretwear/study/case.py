@@ -147,7 +147,7 @@ class Case(Setup):
             infinite="as on default cells",
         ),
         "Largest relative error of wear, contact, stick zone and energy, reached by runs on ever "
-        "narrower cells; none: default cells. A given cell takes precedence.",
+        "narrower cells; none: default cells. A written cell stays, with a warning if it misses.",
     ] = 0.02
     budget: Annotated[
         float | None,
@@ -202,7 +202,7 @@ class Case(Setup):
         del kept["cycles" if self.blocks else "blocks"]
         for replaced in set[str]().union(*map(case_keys().replaced_by, changes)):
             kept.pop(replaced, None)
-        if not changes.get("error_estimate", True):
+        if not changes.get("error_estimate", True) or changes.get("cell"):
             kept.pop("accuracy", None)
         if self.output_cycles != snapshots_of(None, self.cycles):
             # The last cycle may change.
@@ -378,7 +378,9 @@ class Case(Setup):
         values: Members = {name: getattr(self, name) for name in case_members()}
         values |= {"loading": self.plain_loading, "cell": None}
         if self.asked_accuracy is None:
-            values |= {"cell": self.grid_spacing, "accuracy": Case.accuracy}
+            values["cell"] = self.grid_spacing
+        if math.isinf(self.accuracy):
+            values["accuracy"] = Case.accuracy
         if self.blocks:
             del values["cycles"]  # they contain it
         return values
@@ -500,9 +502,8 @@ def assembled(
     }
     if blocks := members.get("blocks"):
         members["cycles"] = sum(block.cycles for block in blocks)
-    estimated = members.get("error_estimate", True) or "accuracy" in members
-    if members.get("cell") is not None or not estimated:
-        members["accuracy"] = math.inf
+    if members.get("cell") is not None or not members.get("error_estimate", True):
+        members.setdefault("accuracy", math.inf)
     if cycles := members.get("cycles"):
         if isinstance(loading := members.get("loading"), SlidingDistance):
             members["loading"] = replace(loading, parts=cycles)
