@@ -37,7 +37,7 @@ class PointStatus(IntEnum):
 
 (
     X, Y, CYCLE, PHASE, STEP, POINT, CASE_ID, CODE_DIGEST, STATUS, WARNINGS, ERROR_ESTIMATE,
-    CONVOLUTIONS,
+    CONVOLUTIONS, CONTACT_SPOTS, STICK_SPOTS,
 ) = variables("""
 x     | m | $x$ | | position along the slip direction  | X | cell centres
 y     | m | $y$ | | position across the slip direction | Y | cell centres
@@ -51,6 +51,10 @@ status         |   | | | what became of the point | int8 |
 warnings       |   | | | what is less accurate in the case or outside the model | |
 error_estimate | 1 | | | estimated relative error of the step | |
 convolutions   | 1 | | | convolutions spent on the step | int32 |
+contact_spots  | 1 | | | spots that joined the outline of the contact or left it | int32 |
+    in the step
+stick_spots    | 1 | | | spots that joined the outline of the stick zone or left it | int32 |
+    in the step
 """)  # fmt: skip
 
 

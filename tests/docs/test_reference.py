@@ -9,6 +9,7 @@ from fretwear.cli.program import app
 from fretwear.data.files import MERGED_PROFILES
 from fretwear.quantity import Quantity, declared
 from fretwear.results import (
+    CONTACT_SPOTS,
     CONVOLUTIONS,
     CYCLE,
     DEPTH,
@@ -18,6 +19,7 @@ from fretwear.results import (
     RESULTS,
     SCALARS,
     STEP,
+    STICK_SPOTS,
     X,
     Y,
 )
@@ -34,7 +36,8 @@ STUDY_FILE, DATASET, NOTATION = (
     for name in ("study-file", "dataset", "notation")
 )
 VARIABLES = (
-    *(CYCLE, X, Y, STEP, ERROR_ESTIMATE, CONVOLUTIONS, *FIELDS, *SCALARS),
+    *(CYCLE, X, Y, STEP, ERROR_ESTIMATE, CONVOLUTIONS, CONTACT_SPOTS, STICK_SPOTS),
+    *(*FIELDS, *SCALARS),
     *(*STRESSES, *EDGE_STRESSES, *CRACKS, *FATIGUE),
 )
 # A symbol stands for one quantity: given or found, of one body or the other, in one law or another.

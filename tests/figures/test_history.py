@@ -7,10 +7,12 @@ from matplotlib.figure import Figure
 
 from fretwear import figures, open_history
 from fretwear.figures.axes import ValueAxis, set_cycle_axis
-from fretwear.figures.datasets import stepped
-from fretwear.figures.history import representative_cases
+from fretwear.figures.history import representative_cases, study_curves
 from fretwear.figures.style import JournalFigure
 from fretwear.results import RESULTS
+from fretwear.run.simulate import run
+
+from ..studies import steel
 
 
 def axes_of_cycles(cycles):
@@ -136,12 +138,37 @@ def test_the_corners_of_roughness_and_plastic_limit_stand_for_a_study(small_stud
     assert "30 N" in representative_cases(summary).common
 
 
-def test_a_width_steps_where_it_jumps_and_grows_evenly_elsewhere():
-    cycles = np.array([0.0, 1.0, 2.0, 4.0, 8.0, 16.0])
-    growing = np.array([100.0, 101.0, 103.0, 107.0, 114.0, 126.0])
-    for expected, found in zip((cycles, growing), stepped(cycles, growing), strict=True):
-        np.testing.assert_array_equal(found, expected)
-    jumping = np.array([100.0, 100.1, 100.2, 96.0, 95.9, 95.7])
-    at, widths = stepped(cycles, jumping)
-    np.testing.assert_array_equal(at, [0.0, 1.0, 2.0, 4.0, 4.0, 8.0, 16.0])
-    np.testing.assert_array_equal(widths, [100.0, 100.1, 100.2, 100.2, 96.0, 95.9, 95.7])
+@pytest.fixture(scope="module")
+def smooth():
+    """The steps of a smooth contact, short ones before each snapshot and long ones after it."""
+    loads = {"load": "45 N", "friction": 0.2, "tangential_ratio": 0.7, "slip_model": "jaeger"}
+    cycles = {"cycles": 500, "output_cycles": [1, 10, 100, 250]}
+    return run(steel(**loads, **cycles, error_estimate=False)).history
+
+
+@pytest.mark.parametrize("zone", ["contact", "stick"])
+def test_widths_of_smooth_bodies_change_without_a_step(smooth, zone):
+    (curve,) = study_curves(smooth, f"{zone}_radius")
+    np.testing.assert_array_equal(curve.cycles, smooth["cycle"])
+    assert (np.diff(curve.cycles) > 0.0).all()
+
+
+def test_a_width_steps_where_a_spot_has_joined_the_zone():
+    steps = {"contact_radius": [1.0, 1.1, 2.0, 2.1], "contact_spots": [0, 0, 1, 0]}
+    history = xr.Dataset({name: ("step", values) for name, values in steps.items()})
+    (curve,) = study_curves(
+        history.assign_coords(cycle=("step", [0, 10, 20, 30])), "contact_radius"
+    )
+    assert curve.cycles.tolist() == [0, 10, 20, 20, 30]
+    assert curve.values.tolist() == [1.0, 1.1, 1.1, 2.0, 2.1]
+
+
+def test_a_wear_volume_begins_at_the_first_cycle_in_proportion_to_the_energy(smooth):
+    """A run that has a step of one cycle says how much the first cycle wears."""
+    (curve,) = study_curves(smooth, "wear_volume")
+    assert curve.cycles[:2].tolist() == [0.0, 1.0]
+    (later,) = study_curves(
+        smooth.isel(step=smooth["cycle"].isin([0, 10, 100, 500])), "wear_volume"
+    )
+    assert later.cycles[:3].tolist() == [0.0, 1.0, 10.0]
+    np.testing.assert_allclose(later.values[1], curve.values[1], rtol=1e-3)

@@ -1,6 +1,7 @@
 """The numbers that describe a contact: half-widths, areas, radii by outlines, the scar."""
 
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from fretwear.mechanics.wear.measures import (
     half_extent,
     half_width,
     open_within_outline,
+    outline_spots,
     stick_half_width,
 )
 from fretwear.mechanics.wear.state import CONTACT_GAP
@@ -70,6 +72,31 @@ def test_an_outline_holds_valleys_and_the_inside_of_a_ring_and_tips_outside_move
         whole = np.where(r < 30.0, r > 20.0, np.isclose(r, np.hypot(33.5, 0.5)))
         of_part = open_within_outline(whole[kept], part.x, part.y, even) << sum(even)
         assert of_part == open_within_outline(whole, grid.x, grid.y, grid.even)
+
+
+def test_spots_that_join_or_leave_a_zone_are_counted_unless_they_lie_in_its_outline():
+    whole = Grid((40, 40), (1.0, 1.0), (False, False))
+    r = np.hypot(whole.x[:, None], whole.y)
+    ring, spot = (r < 9.0) & (r > 5.0), np.hypot(whole.x[:, None] - 12.5, whole.y) < 1.0
+
+    def state(cells, grid=whole):
+        kept = whole.resized(cells, grid)
+        stick = SimpleNamespace(stick=kept & (grid.x > 0)[:, None])
+        return SimpleNamespace(geometry=grid, in_contact=kept, reduced=stick)
+
+    near = spot & ~np.roll(spot, 1, axis=0)
+    for old, new, expected in (
+        (ring, r < 10.0, (0, 0)),  # grows, and fills from outside
+        (ring, ring | spot, (1, 1)),
+        (ring | spot | spot[::-1], ring, (2, 1)),
+        (ring | spot[::-1], ring | spot, (2, 1)),  # as many leave as join
+        (ring, ring | (r < 2.0), (0, 0)),  # within the outline
+        (ring | near, ring | spot, (0, 0)),  # is already there
+        (ring & False, ring, (0, 0)),  # contact begins
+    ):
+        assert outline_spots(state(old), state(new)) == expected
+    small = Grid((24, 24), (1.0, 1.0), (False, False))
+    assert outline_spots(state(ring, small), state(ring | spot)) == (1, 1)
 
 
 def test_the_radius_stays_where_the_half_width_jumps_to_the_next_row_of_tips():

@@ -27,6 +27,7 @@ from fretwear.data.groups import open_group, without_text
 from fretwear.results import (
     CASE_ID,
     CODE_DIGEST,
+    CONTACT_SPOTS,
     CYCLE,
     FIELDS,
     HEADLINES,
@@ -34,6 +35,7 @@ from fretwear.results import (
     RESULTS,
     STATUS,
     STEP,
+    STICK_SPOTS,
     SYMMETRIES,
     WARNINGS,
     X,
@@ -58,7 +60,10 @@ MERGED_PROFILES: Mapping[str, Variable] = {
 }
 """Fields along x on the line nearest y = 0, by their names in a merged study."""
 
-MERGED_HISTORIES = (CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangential_force")
+MERGED_HISTORIES = (
+    *(CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangential_force"),
+    *(CONTACT_SPOTS.name, STICK_SPOTS.name),
+)
 """Histories in a merged study."""
 
 # Parts of a case in a merged study: arrays by their names in its file, and attributes.

@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from fretwear.results import (
     BODY_FIELDS,
     CODE_DIGEST,
+    CONTACT_SPOTS,
     CONVOLUTIONS,
     CYCLE,
     ERROR_ESTIMATE,
@@ -28,6 +29,7 @@ from fretwear.results import (
     OPTIONAL_SCALARS,
     PHASE,
     STEP,
+    STICK_SPOTS,
     SYMMETRIES,
     VECTOR_FIELDS,
     WARNINGS,
@@ -146,11 +148,12 @@ def history_dataset(steps: Mapping[str, ArrayLike], frame: ContactFrame) -> xr.D
     """Return the history of a run along ``step``: arrays of shape (nsteps,) by name, SI units.
 
     These are the increasing, possibly fractional ``cycle``, the scalars of every step of a frame,
-    for the whole contact, the ``error_estimate`` of each step and its ``convolutions``. Raises the
-    errors of `case_dataset`.
+    for the whole contact, the ``error_estimate`` of each step, its ``convolutions``, and the spots
+    that joined the contact and the stick zone or left them. Raises the errors of `case_dataset`.
     """
     arrays = {"step": np.arange(np.size(steps["cycle"])), **steps}
-    expected = (*of_steps(scalars_of(frame)), ERROR_ESTIMATE, CONVOLUTIONS)
+    of_step = ERROR_ESTIMATE, CONVOLUTIONS, CONTACT_SPOTS, STICK_SPOTS
+    expected = (*of_steps(scalars_of(frame)), *of_step)
     return xr.Dataset(
         _variables(expected, arrays, (STEP.name,)),
         _variables((STEP, CYCLE), arrays, (STEP.name,)),

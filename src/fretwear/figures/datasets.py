@@ -24,7 +24,7 @@ Cycles = Sequence[int] | int | None
 TitledCases = xr.Dataset | Mapping[str, xr.Dataset]
 """One case, or several by the titles of their panels."""
 
-_ALIKE, _JUMP = 1e-3, 5e-3
+_ALIKE = 1e-3
 _OVER_FIRST = 3.0
 
 
@@ -92,18 +92,6 @@ def history_of(dataset: xr.Dataset) -> xr.Dataset:
     history = open_history(source)
     chosen = {n: dataset[n].values for n in history.dims if n in dataset.coords and n != "step"}
     return history.sel(chosen)
-
-
-def stepped(cycles: Array, widths: Array) -> tuple[Array, Array]:
-    """Return a curve of the width of a zone, which steps where an asperity joins it or leaves.
-
-    Between two steps of a run the width jumps if it changes by more than a part `_JUMP`, and four
-    times more than before and after.
-    """
-    change = np.abs(np.diff(widths))
-    middle, neighbours = change[1:-1], np.maximum(change[:-2], change[2:])
-    places = 2 + np.flatnonzero(middle > np.maximum(_JUMP * widths[1:-2], 4.0 * neighbours))
-    return np.insert(cycles, places, cycles[places]), np.insert(widths, places, widths[places - 1])
 
 
 def is_smooth(dataset: xr.Dataset) -> bool:

@@ -31,7 +31,7 @@ from fretwear.figures.axes import (
     parameter_values,
     set_cycle_axis,
 )
-from fretwear.figures.datasets import history_of, require_variables, stepped
+from fretwear.figures.datasets import history_of, require_variables
 from fretwear.figures.style import (
     CATEGORICAL,
     LINE_STYLES,
@@ -56,6 +56,7 @@ _CONSTANT = 1e-3
 _WIDE = 10.0
 # A result that every contact has at every cycle.
 _ALWAYS = "contact_half_width_x"
+_VOLUMES = ("wear_volume", "wear_volume_indenter", "wear_volume_flat")
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,9 @@ def level_text(dataset: xr.Dataset, place: Mapping[str, int]) -> str:
 def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
     """Return a curve for each finished point of a study, at its snapshots or at its steps.
 
+    The width of a zone steps where a spot has joined its outline or left it. A wear volume has a
+    value at cycle 1, to which it grows in proportion to the dissipated energy.
+
     The dataset is a merged study (varied names or ``point``, then ``cycle``), one case, or the
     history of either (…, ``step``). Raises a `ValueError` if it lacks the result.
     """
@@ -99,16 +103,28 @@ def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
     dims = [str(dim) for dim in dataset[name].dims if dim not in ("cycle", "step")]
     # A result undefined over some cycles, as without a stick zone, leaves a gap in its line.
     always = dataset[_ALWAYS if _ALWAYS in dataset else name]
-    cycles, values, there = (
-        array.transpose(*dims, ...).values.astype(np.float64)
-        for array in xr.broadcast(dataset["cycle"], dataset[name], always)
+    none = xr.zeros_like(always)
+    spots = dataset.get(f"{name.partition('_')[0]}_spots", none)
+    energy = dataset.get("dissipated_energy", none) if name in _VOLUMES else none
+    arrays = xr.broadcast(dataset["cycle"], dataset[name], always, spots, energy)
+    cycles, values, there, moved, energies = (
+        array.transpose(*dims, ...).values.astype(np.float64) for array in arrays
     )
     curves = []
     for place in np.ndindex(values.shape[:-1]):
         stored = np.isfinite(there[place]) & np.isfinite(cycles[place])
-        if np.isfinite(values[place][stored]).any():
-            selection = dict(zip(dims, place, strict=True))
-            curves.append(Curve(selection, cycles[place][stored], values[place][stored]))
+        if not np.isfinite(values[place][stored]).any():
+            continue
+        x, y = cycles[place][stored], values[place][stored]
+        steps = np.flatnonzero(moved[place][stored] > 0.0)
+        added, of_added = x[steps], y[steps - 1]
+        rates = energies[place][stored][:2]
+        if rates.all() and x[0] == y[0] == 0.0 and x[1] > 1.0:
+            # V is proportional to the energy since cycle 0, the integral of a linear rate.
+            share = (rates[0] + 0.5 * (rates[1] - rates[0]) / x[1]) / (rates.mean() * x[1])
+            steps, added, of_added = np.array([1]), np.array([1.0]), share * y[1:2]
+        x, y = np.insert(x, steps, added), np.insert(y, steps, of_added)
+        curves.append(Curve(dict(zip(dims, place, strict=True)), x, y))
     return curves
 
 
@@ -195,10 +211,7 @@ def scalar_history(
             tint = colours.tints[curve.place.get(colour, 0)]
             dashes = LINE_STYLES[curve.place.get(style, 0)]
             values = axis.unit.of(curve.values)
-            line = curve.cycles, values
-            if name.startswith(("contact_", "stick_")) and curve.deviation is None and not mark:
-                line = stepped(*line)
-            panel.plot(*line, color=tint, linestyle=dashes, marker=mark)
+            panel.plot(curve.cycles, values, color=tint, linestyle=dashes, marker=mark)
             if curve.deviation is not None:
                 half = axis.unit.of(curve.deviation)
                 band = (values - half, values + half)

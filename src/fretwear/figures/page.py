@@ -14,9 +14,9 @@ from fretwear.figures.datasets import (
     Cycles,
     history_of,
     profiles_of,
-    stepped,
     width_names,
 )
+from fretwear.figures.history import study_curves
 from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
     cycle_colours,
@@ -85,9 +85,8 @@ def _draw_zone_widths(axes: Axes, history: xr.Dataset) -> None:
     cycles = np.atleast_1d(history["cycle"].values).astype(np.float64)
     names = width_names(history)
     for zone, name, color in zip(("contact", "stick"), names, (CATEGORICAL[0], INK), strict=True):
-        widths = MICROMETRE.of(np.atleast_1d(history[name].values))
-        curve = stepped(cycles, widths) if "step" in history.dims else (cycles, widths)
-        axes.plot(*curve, color=color, label=zone)
+        for curve in study_curves(history, name):
+            axes.plot(curve.cycles, MICROMETRE.of(curve.values), color=color, label=zone)
     axes.set_ylim(0.0, 1.15 * axes.dataLim.ymax)
     axes.set_ylabel("Outline radius (µm)" if names[0] == "contact_radius" else HALF_WIDTH_LABEL)
     set_cycle_axis(axes, cycles)

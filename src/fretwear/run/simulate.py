@@ -18,10 +18,15 @@ from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.wear.integrator import WearError
 from fretwear.mechanics.wear.loops import loop
-from fretwear.mechanics.wear.measures import Measures, largest_pressure, share_beyond_friction
+from fretwear.mechanics.wear.measures import (
+    Measures,
+    largest_pressure,
+    outline_spots,
+    share_beyond_friction,
+)
 from fretwear.mechanics.wear.state import State, Workspace
 from fretwear.mechanics.wear.stroke import StrokeState
-from fretwear.results import SYMMETRIES
+from fretwear.results import CONTACT_SPOTS, STICK_SPOTS, SYMMETRIES
 from fretwear.run.accuracy import GridRun, next_width, relative_errors, unreached
 from fretwear.run.errors import (
     ScalarValues,
@@ -46,8 +51,8 @@ class RunRecord:
 
     # States whose fields the dataset holds.
     snapshots: list[State | StrokeState] = field(default_factory=list)
-    # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, and every
-    # scalar.
+    # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, spots that
+    # moved the outlines, and every scalar.
     history: list[dict[str, float]] = field(default_factory=list)
     # The state that the run has reached; None before the first loading.
     last: State | StrokeState | None = None
@@ -61,8 +66,8 @@ class RunRecord:
 
     def add(self, step: Step, *, keep_fields: bool) -> None:
         """Add a step."""
-        spent, self.last = getattr(self.last, "convolutions", 0), step.state
-        state, geometry = step.state, step.state.geometry
+        state, geometry, previous = step.state, step.state.geometry, self.last
+        spent, self.last = getattr(previous, "convolutions", 0), state
         if isinstance(state, StrokeState):
             self.work += len(state.pressures) * float(np.count_nonzero(state.pressure)) ** 3
         else:
@@ -70,6 +75,8 @@ class RunRecord:
             self.work += max(1, state.convolutions - spent) * work
         numbers = {"cycle": state.cycle, "error_estimate": state.error_estimate}
         numbers["convolutions"] = state.convolutions
+        spots = outline_spots(previous, state) if previous else (0, 0)
+        numbers |= zip((CONTACT_SPOTS.name, STICK_SPOTS.name), spots, strict=True)
         self.history.append(numbers | step.measures.at_step())
         if keep_fields:
             self.snapshots.append(state)

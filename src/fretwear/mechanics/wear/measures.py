@@ -659,6 +659,38 @@ def open_within_outline(cells: Mask, x: Array, y: Array, even: Even) -> int:
     return int(counts.sum()) - int(cells.sum())
 
 
+def outline_spots(first: State, second: State) -> tuple[int, int]:
+    """Spots that moved the outline of the contact, and of the stick zone, from a state to another.
+
+    Such a spot joined the zone or left it: it has no cell within a cell of the other state's zone,
+    and the outline encloses fewer cells without it. A zone that begins or ends moves no outline.
+    """
+    geometry, found = second.geometry, []
+    for old, new in (
+        (first.in_contact, second.in_contact),
+        (first.reduced.stick, second.reduced.stick),
+    ):
+        zones = first.geometry.resized(old, geometry), new
+        found.append(sum(_moving_spots(geometry, *each) for each in (zones, zones[::-1])))
+    return found[0], found[1]
+
+
+def _moving_spots(geometry: Geometry, others: Mask, cells: Mask) -> int:
+    """Number of spots of a zone that another zone lacks and that lie in no outline of the rest."""
+    from scipy.ndimage import binary_dilation, label  # commands that run no case do without
+
+    beside = np.ones((3, 3), np.bool_)
+    spots, count = label(cells, beside)
+    alone = np.setdiff1d(np.arange(1, count + 1), spots[binary_dilation(others, beside)])
+    if not others.any():
+        return 0
+
+    def enclosed(zone: Mask) -> int:
+        return int(zone.sum()) + open_within_outline(zone, geometry.x, geometry.y, geometry.even)
+
+    return sum(enclosed(cells) > enclosed(cells & (spots != spot)) for spot in alone)
+
+
 def _highest_chords(x: Array, heights: Array) -> tuple[list[float], list[float]]:
     """The corners of the upper convex hull of points in ascending x."""
     corners: list[tuple[float, float]] = []
