@@ -42,8 +42,9 @@ def in_results():
     )
 
 
-# Where the results are; a module with a prefix has moved them.
+# Where the results are, and the name of the rule of simulations: a module changes both.
 MOVED = Path(str(workflow.modifier.path_modifier.replace_prefix(RESULTS, None)))
+SIMULATE = workflow.modifier.modify_rulename("simulate")
 
 if workflow.is_main_process:
     release_locks()
@@ -171,12 +172,11 @@ rule report:
         "{params.fretwear:q} report {params.study_file:q} --results {params.results:q}"
 
 
-# A forced job computes its cases again, although their files are finished.
+# A forced job computes its cases again, although their files are finished. A workflow that uses
+# this one as the module M has to call M.onstart() in its own onstart.
 onstart:
     mark_start()
-    JOBS.remove_forced(
-        workflow.dag_settings.forcerun, workflow.dag_settings.forceall
-    )
+    JOBS.remove_forced(MOVED, SIMULATE, workflow.dag_settings)
 
 
 # With --keep-going the finished cases are merged, drawn and reported although others have failed.

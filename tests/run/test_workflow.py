@@ -77,18 +77,25 @@ module wear:
 
 use rule * from wear as wear_*
 
+onstart:
+    wear.onstart()
+
 rule last:
     default_target: True
     input: "elsewhere/results/demo/summary.nc"
 """
 
 
+def make_module(folder):
+    (folder / "inner").mkdir()
+    (folder / "Snakefile").rename(folder / "inner/Snakefile")
+    (folder / "Snakefile").write_text(OUTER, encoding="utf-8")
+
+
 @pytest.mark.slow
 def test_the_workflow_is_a_module_of_another_one_and_writes_under_its_prefix(tmp_path):
     checkout = Checkout.make(tmp_path)
-    (tmp_path / "inner").mkdir()
-    (tmp_path / "Snakefile").rename(tmp_path / "inner/Snakefile")
-    (tmp_path / "Snakefile").write_text(OUTER, encoding="utf-8")
+    make_module(tmp_path)
     checkout.snakemake(status=0)
     with open_summary(tmp_path / "elsewhere/results/demo/summary.nc") as summary:
         assert (summary["status"] == 0).all()
@@ -101,20 +108,26 @@ def test_the_workflow_is_a_module_of_another_one_and_writes_under_its_prefix(tmp
 
 
 @pytest.mark.slow
-def test_forced_jobs_compute_their_finished_cases_again_unless_it_is_a_dry_run(tmp_path):
-    checkout, target = Checkout.make(tmp_path), "results/demo/summary.nc"
+@pytest.mark.parametrize("prefix", ["", "elsewhere"])
+def test_forced_jobs_compute_their_finished_cases_again_unless_it_is_a_dry_run(tmp_path, prefix):
+    checkout, rule = Checkout.make(tmp_path), "simulate"
+    if prefix:
+        make_module(tmp_path)
+        rule = "wear_simulate"
+    cases, target = tmp_path / prefix / "results/demo/cases", Path(prefix, "results/demo/summary.nc")
 
     def written():
-        return {file.name: file.stat().st_ino for file in (checkout.results / "cases").iterdir()}
+        return {file: file.stat().st_mtime_ns for file in cases.iterdir()}
 
-    checkout.snakemake("--", target, status=0)
-    first = written()
-    checkout.snakemake("--forcerun", "simulate", "--dry-run", "--", target, status=0)
-    assert written() == first
-    stamps = {f: f.stat().st_mtime_ns for f in (checkout.results / "cases").iterdir()}
-    checkout.snakemake("--forcerun", "simulate", "--", target, status=0)
-    assert written().keys() == first.keys()
-    assert all(file.stat().st_mtime_ns > stamp for file, stamp in stamps.items())
+    def run(*options):
+        checkout.snakemake(*options, "--", str(target), status=0)
+        return written()
+
+    first = run()
+    assert run("--forcerun", rule, "--dry-run") == first
+    forced = run("--forcerun", rule)
+    assert forced.keys() == first.keys()
+    assert all(stamp > first[file] for file, stamp in forced.items())
 
 
 @pytest.fixture

@@ -10,17 +10,21 @@ import json
 import math
 import os
 import platform
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from fretwear.run.resources import Job, grouped, seconds_after
 from fretwear.study.mistakes import Mistake, StudyError
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
 from fretwear.version import case_digest, code_digest
+
+if TYPE_CHECKING:
+    from snakemake.settings.types import DAGSettings
 
 _KEYS = ("study", "keep_older")
 # A job that exceeds its request is lost; one that requests too much only waits.
@@ -175,13 +179,13 @@ class StudyJobs:
         """The time that a scheduler reserves for merging, figures or the report."""
         return _MINUTES_TO_START + math.ceil(_TIME_MARGIN * seconds_after(self.plan) / 60.0)
 
-    def remove_forced(self, forced: Collection[str], is_all: bool) -> None:
+    def remove_forced(self, results: Path, rule: str, settings: DAGSettings) -> None:
         """Remove the case files of jobs that Snakemake must repeat, by rule or by marker."""
         for name, job in self.jobs.items():
-            marker = (self.results / "jobs" / name).as_posix()
-            if is_all or {"simulate", marker} & {*forced}:
+            marker = (results / "jobs" / name).as_posix()
+            if settings.forceall or {rule, marker} & {*settings.forcerun}:
                 for case_id in job.case_ids:
-                    (self.results / "cases" / f"{case_id}.nc").unlink(missing_ok=True)
+                    (results / "cases" / f"{case_id}.nc").unlink(missing_ok=True)
 
     def options(self, name: str) -> str:
         """Return the options with which ``fretwear run`` does a job."""
