@@ -45,7 +45,7 @@ class SlidingRegime(IntEnum):
 
 
 # What the discretisation error of a scalar comes from; `fretwear.run.errors` has the rules.
-ErrorKind: TypeAlias = Literal["whole", "edge", "volume", "depth", "cycle", "peak"]
+ErrorKind: TypeAlias = Literal["whole", "edge", "volume", "depth", "cycle", "life", "peak"]
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.run import progress
 from fretwear.run.errors import (
     EDGE,
+    LIFE,
     MARGINS,
     STEPS,
     cell_errors,
@@ -301,6 +302,7 @@ def test_edges_steps_and_peaks_are_uncertain_even_where_runs_agree():
     # Cells and steps may err in opposite directions, so that run and twin agree.
     first, last = estimates([0.0, 0.0], name="wear_volume")
     assert (first, last) == (0.0, near(STEPS * case.tolerance))
+    assert estimates([0.0], name="worn_through_cycle")[0] == near(LIFE * case.tolerance)
 
 
 def test_an_energy_that_has_fallen_follows_the_time_in_which_it_falls():

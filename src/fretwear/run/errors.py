@@ -22,7 +22,8 @@ ScalarValues: TypeAlias = dict[str, NDArray[np.float64]]
 """Values at the snapshots by name, each of shape (n,)."""
 
 MARGINS: dict[ErrorKind, float] = {
-    "whole": 1.8, "edge": 2.2, "volume": 1.0, "depth": 1.4, "cycle": 1.0, "peak": 2.0
+    "whole": 1.8, "edge": 2.2, "volume": 1.0, "depth": 1.4, "cycle": 1.0, "life": 1.8,
+    "peak": 2.0
 }  # fmt: skip
 """Printed errors over the difference of both runs and √(k² − 1). Chosen by `coverage` of
 `benchmarks.verification`, so that 95 % of the true errors are smaller."""
@@ -33,6 +34,9 @@ EDGE = 0.1
 STEPS = 0.06
 """Least error of what steps add up or move, over the tolerance: cells and steps may err in opposite
 directions."""
+
+LIFE = 0.4
+"""Least error of the cycle at which a depth is reached, over the tolerance: steps err alike."""
 
 WEAR_IN = 0.85
 """Error of the time in which a contact wears in, over √(h/a)."""
@@ -72,6 +76,8 @@ def cell_errors(
             error = np.maximum(error, EDGE * case.width_at_edges / case.hertz_radius * own)
         if kind in ("edge", "volume", "depth", "cycle"):
             error[1:] = np.maximum(error[1:], STEPS * case.tolerance * own[1:])
+        elif kind == "life":
+            error = np.maximum(error, LIFE * case.tolerance * own)
         elif kind == "peak":
             # The cell with the peak changes, and tells nothing of the others.
             error = np.hypot(part * apart, unresolved * own)

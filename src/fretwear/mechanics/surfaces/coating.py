@@ -76,6 +76,13 @@ class Interface:
         """Wear coefficient at a wear depth, m, over that above the interface."""
         return np.where(self.reached(wear), self.ratio, 1.0)
 
+    def mean_slope(self, start: Array, end: Array) -> Array:
+        """The slope in the mean over a step in which wear rises from one depth, m, to another."""
+        above = np.clip(self.depth - start, 0.0, end - start)
+        exposure = above + (end - start - above) / (self.ratio or np.inf)
+        moves = exposure > 0.0
+        return np.where(moves, (end - start) / np.where(moves, exposure, 1.0), self.slope(end))
+
     @property
     def alone(self) -> Interface:
         """The interface by the wear depth of the flat alone."""

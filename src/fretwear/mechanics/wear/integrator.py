@@ -61,6 +61,8 @@ _FIRST_STEP = 0.09
 # Each of the steps before a requested cycle leaves this part of the remaining way, until the way is
 # so many settling times of the pressure of a cell, or this part of a usual step.
 _LEFT, _SETTLED, _SHORTEST = 0.25, 1.5, 1e-3
+# Shorter steps that locate wear through: how many at most, and how far one passes the last place.
+_MOST_LOCATED, _BEYOND = 3, 1.05
 # A step shorter than this part of the usual one does not tell how fields change over the next.
 _SHORT = 0.5
 # Largest number of contacts of a loading, and of repeated loadings on cells that suit the loaded
@@ -174,8 +176,33 @@ class Integrator(ABC, Generic[StateT]):
         if step < length and factor >= 1.0:
             # A stop shortened the step, which says nothing about the next one.
             following = max(following, length)
+        if isnan(self.state.worn_through) and not isnan(state.worn_through):
+            state = self._with_wear_through(state)
         self.state = replace(state, next_step=following)
         return self.state
+
+    def _with_wear_through(self, state: StateT) -> StateT:
+        """The state after a step, with the first cycle of wear through by shorter steps.
+
+        Pressure changes abruptly there, so that the pressures at the ends of a step that passes it
+        locate it poorly. A shorter step ends just beyond.
+        """
+        base, through = self.state, state.worn_through
+        length, spent = state.cycle - base.cycle, 0
+        for _ in range(_MOST_LOCATED):
+            shorter = _BEYOND * (through - base.cycle)
+            if shorter >= length:
+                break
+            try:
+                attempted = self.attempt(shorter, base.cycle + shorter, output_step=False)
+            except (ContactError, np.linalg.LinAlgError):
+                break
+            if attempted is None or isnan(attempted[0].worn_through):
+                break
+            length, through = shorter, attempted[0].worn_through
+            spent += attempted[0].convolutions - base.convolutions
+        spent += state.convolutions
+        return replace(state, worn_through=through, convolutions=spent)
 
 
 def fraction_of_step(part: Array, start: Array, end: Array) -> Array:
@@ -586,7 +613,9 @@ class Evolution(Integrator[State]):
         rates = [setup.local_wear_growth for setup in setups]
         integral, gap, kept = base.geometry.integral, base.reduced.gap, problem.debris_fraction
         opens, volume = 1.0 - kept, integral(second.wear)
-        slope = 1.0 if problem.interface is None else problem.interface.slope(second.wear)
+        slope: float | Array = 1.0
+        if problem.interface is not None:
+            slope = problem.interface.mean_slope(base.wear, second.wear)
         if problem.friction_law.follows_slip:
             # Friction may change suddenly, but the wear of a cycle remains the measure.
             volume /= min(base.cycle + step, 1.0)

@@ -369,6 +369,7 @@ class Measures:
         symbol=r"$N_\mathrm{c}$",
         needs=_is_coated,
         may_lack=True,
+        error_kind="life",
     )
     def worn_through_cycle(self) -> float:
         """At its first place; NaN before."""
