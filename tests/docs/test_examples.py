@@ -1,5 +1,6 @@
 """The pages run and show their output, their links lead somewhere, their names are in files."""
 
+import json
 import os
 import re
 import subprocess
@@ -8,12 +9,14 @@ from pathlib import Path
 
 import pytest
 from examples import ExampleError, agrees, blocks, patch
+from notebook import text_of
 
 REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
 PAGES = [
     DOCS / "tutorial.md",
     DOCS / "questions.md",
+    DOCS / "exercises.md",
     *sorted((DOCS / "how-to").glob("*.md")),
     REPOSITORY / "CONTRIBUTING.md",
 ]
@@ -89,6 +92,15 @@ def test_a_page_that_prints_other_digits_still_has_its_pictures(tmp_path):
     with pytest.raises(ExampleError, match=r"shows\n24 cases\n+but it prints\n23 cases"):
         pictures.make(page, tmp_path / "made")
     assert (tmp_path / "made/one.svg").exists()
+
+
+def test_the_notebook_has_the_text_and_code_of_its_page():
+    made = text_of(DOCS / "exercises.md")
+    assert (DOCS / "exercises.ipynb").read_text(encoding="utf-8") == made, "run notebook.py"
+    cells = json.loads(made)["cells"]
+    code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
+    page = blocks((DOCS / "exercises.md").read_text(encoding="utf-8"))
+    assert code == [block.text.strip() for block in page if block.language == "python"]
 
 
 def test_a_diff_changes_the_one_place_that_has_its_lines(tmp_path):
