@@ -47,7 +47,7 @@ def notebook(page: str) -> dict[str, Any]:
 def text_of(page: Path) -> str:
     """The notebook of a page as the text of its file."""
     made = notebook(page.read_text(encoding="utf-8"))
-    return json.dumps(made, indent=1, ensure_ascii=False) + "\n"
+    return json.dumps(made, indent=1, ensure_ascii=False, sort_keys=True) + "\n"
 
 
 if __name__ == "__main__":
