@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from fretwear.run.workflow import StudyJobs, mark_start, release_locks
+from fretwear.run.workflow import FIT_THREADS, StudyJobs, mark_start, release_locks
 from fretwear.study.mistakes import StudyError
 from fretwear.version import __version__
 
@@ -118,9 +118,10 @@ rule fit:
     output:
         f"{RESULTS}/fit.nc",
         f"{RESULTS}/fit.json",
-    threads: JOBS.fit_threads
+    threads: FIT_THREADS
     resources:
-        mem_mb=lambda wildcards, attempt: attempt * JOBS.memory_mb_of_fit,
+        mem_mb=lambda wildcards, threads, attempt: attempt
+        * JOBS.memory_mb_of_fit(threads),
         runtime=lambda wildcards, attempt: attempt * JOBS.minutes_of_fit,
     params:
         **in_results(),

@@ -1,9 +1,12 @@
 """The workflow on SLURM: its profile anywhere, real daemons and jobs where there is a cluster."""
 
+import json
 import os
 import shutil
 import subprocess
 import sys
+import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -11,10 +14,11 @@ import yaml
 
 from fretwear.data.files import open_summary
 from fretwear.run.case_files import simulate_to_file
+from fretwear.run.workflow import StudyJobs
 from fretwear.study.reading import load_study
 
 from ..run.conftest import assert_same
-from ..studies import write_study
+from ..studies import TITANIUM, write_study
 
 pytest.importorskip("snakemake_executor_plugin_slurm", reason="needs the extra slurm")
 
@@ -67,3 +71,51 @@ def test_the_documented_command_takes_the_default_study_to_its_report(snakemake,
     case_id = next(case_id for case_id in cases if "-smooth-elastic-" in case_id)
     simulate_to_file(cases[case_id], tmp_path / "here.nc", tell=print, command="test")
     assert_same(results / f"cases/{case_id}.nc", tmp_path / "here.nc")
+
+
+def jobs_of_slurm():
+    """The jobs that SLURM remembers, as its own names and values of their parameters."""
+    said = subprocess.run(["scontrol", "show", "--json", "job"], capture_output=True, check=True)
+    return json.loads(said.stdout)["jobs"]
+
+
+def cancel_the_first():
+    while not (
+        found := [job["job_id"] for job in jobs_of_slurm() if "RUNNING" in job["job_state"]]
+    ):
+        time.sleep(1.0)
+    subprocess.run(["scancel", str(found[0])], check=True)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif("FRETWEAR_TEST_SLURM" not in os.environ, reason=OFF)
+def test_a_fit_is_a_job_with_cores_memory_and_time_and_when_cancelled_has_twice_as_much(
+    snakemake, tmp_path, monkeypatch
+):
+    """A volume of 4 K P δ N gives K."""
+    monkeypatch.chdir(tmp_path)
+    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
+    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
+    sought = {"free": {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, "data": [number]}
+    write_study(tmp_path / "studies/volume.yaml", {"base": TITANIUM, "fit": sought})
+    others = {job["job_id"] for job in jobs_of_slurm()}
+    watcher = threading.Thread(target=cancel_the_first, daemon=True)
+    watcher.start()
+    target = "results/volume/fit.json"
+    status, said = snakemake("--config", "study=volume", "--set-threads", "fit=2", "--", target)
+    assert status == 0, said
+    fitted = json.loads((tmp_path / target).read_text(encoding="utf-8"))
+    (found,) = fitted["parameters"].values()
+    assert found["value"] == pytest.approx(2e-13, rel=0.01)
+    ours = StudyJobs.of({"study": "volume"})
+    asked = [
+        (
+            job["cpus_per_task"]["number"],
+            job["memory_per_node"]["number"],
+            job["time_limit"]["number"],
+        )
+        for job in jobs_of_slurm()
+        if job["job_id"] not in others
+    ]
+    once = ours.memory_mb_of_fit(2), ours.minutes_of_fit
+    assert asked == [(2, attempt * once[0], attempt * once[1]) for attempt in (1, 2)]

@@ -34,7 +34,7 @@ _SNAKEMAKE_MB = 300
 # Memory of the steps after the simulations: libraries of figures, and a share for each case.
 _AFTER_MB, _MB_PER_CASE, _MOST_ON_SUBMITTING_MACHINE = 1500, 0.2, 300
 # A fit takes twenty to forty runs, of which twice as many run side by side as parameters are free.
-_FIT_THREADS, _FIT_RUNS = 8, 40
+FIT_THREADS, _FIT_RUNS = 8, 40
 _STARTED = "fretwear_started"
 
 
@@ -147,16 +147,10 @@ class StudyJobs:
             named[hashlib.sha256(text.encode()).hexdigest()[:12]] = job
         return named
 
-    @property
-    def fit_threads(self) -> int:
-        """Processes of a fit, the same where it is submitted and where it runs."""
-        return _FIT_THREADS
-
-    @property
-    def memory_mb_of_fit(self) -> int:
-        """The memory that a scheduler reserves for a fit."""
+    def memory_mb_of_fit(self, processes: int) -> int:
+        """Return the memory that a scheduler reserves for a fit of some processes."""
         largest = max(cost.memory_bytes for cost in self.plan.estimates.values())
-        return math.ceil(_MEMORY_MARGIN * _FIT_THREADS * largest / 1e6 + _SNAKEMAKE_MB)
+        return math.ceil(_MEMORY_MARGIN * processes * largest / 1e6 + _SNAKEMAKE_MB)
 
     @property
     def minutes_of_fit(self) -> int:
