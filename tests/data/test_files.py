@@ -112,6 +112,42 @@ def test_no_program_is_stopped_by_the_text_or_the_checksums_of_a_file(case_path,
         assert all(each.filters()["zlib"] for each in file.variables.values() if each.size > 300)
 
 
+@pytest.mark.filterwarnings("ignore:Dataset has no geotransform")
+@pytest.mark.parametrize("has_axis", [True, False])
+def test_a_raster_has_x_downwards_in_metres_where_axes_are_marked(changed, results, has_axis):
+    """In QGIS too, which reads by GDAL. Without, x is upwards, and cells are of 1."""
+    rasterio = pytest.importorskip("rasterio", reason="GDAL: every night")
+    path, depth = changed(lambda file: has_axis or unmark(file)), results.dataset["wear_depth"][-1]
+    with rasterio.open(f"netcdf:{path}:wear_depth") as raster:
+        rows = depth if has_axis else depth[::-1]
+        np.testing.assert_array_equal(raster.read(raster.count), rows)
+        width, height = (2 * float(depth[name][0]) if has_axis else 1.0 for name in ("y", "x"))
+        assert (raster.transform.a, raster.transform.e) == pytest.approx((width, height))
+
+
+@pytest.mark.parametrize("has_axis", [True, False])
+def test_paraview_bends_marked_axes_onto_a_sphere_unless_told_otherwise(changed, results, has_axis):
+    """Otherwise it has y to the right, x upwards and the cycle as height."""
+    vtk = pytest.importorskip("vtk", reason="ParaView's reader: every night")
+    path, bounds = changed(lambda file: has_axis or unmark(file)), []
+    for is_spherical in (True, False):
+        reader = vtk.vtkNetCDFCFReader()
+        reader.SetFileName(str(path))
+        reader.SetSphericalCoordinates(is_spherical)
+        reader.UpdateMetaData()
+        reader.SetDimensions("(cycle, x, y)")
+        reader.Update()
+        bounds.append(reader.GetOutputDataObject(0).GetBounds())
+    ends = [float(results.dataset[name][end]) for name in ("y", "x", "cycle") for end in (0, -1)]
+    assert bounds[1] == pytest.approx(ends)
+    assert (bounds[0] == pytest.approx(ends)) == (not has_axis)
+
+
+def unmark(file):
+    for name in ("x", "y"):
+        del file[name].axis
+
+
 def test_a_file_of_the_format_with_text_as_coordinates_opens(results, tmp_path):
     path = tmp_path / "older.nc"
     older = results.dataset.assign_attrs(format_version=2)
