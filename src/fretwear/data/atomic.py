@@ -61,3 +61,15 @@ def _write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
             return DataFileError(path, "not written, because the disk is full", "Free some space")
     reason = getattr(cause, "strerror", None) or cause
     return DataFileError(path, f"not written: {reason}", "Choose another folder")
+
+
+def read_error(path: Path, cause: Exception, remedy: str) -> DataFileError:
+    """Say why a netCDF file could not be read; the remedy is that of a damaged one."""
+    fault = f"it is damaged, or not a netCDF-4 file of fretwear ({cause})"
+    if path.is_dir():
+        fault, remedy = "it is a folder", "Give a file in it, such as cases/ID.nc of results"
+    elif not path.is_file():
+        fault, remedy = "there is no such file", "Check the name"
+    elif path.suffix in (".yaml", ".yml"):
+        fault, remedy = "it is a study file", "Give the file of a case: fretwear run writes one"
+    return DataFileError(path, fault, remedy)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from xarray.backends import NetCDF4DataStore
 
 import fretwear.data.dataset  # noqa: F401 - registers the accessor of datasets
-from fretwear.data.atomic import DataFileError, atomic_path
+from fretwear.data.atomic import DataFileError, atomic_path, read_error
 from fretwear.data.groups import open_group, without_text
 from fretwear.results import (
     CASE_ID,
@@ -140,7 +140,7 @@ def reading(path: str | os.PathLike[str]) -> Iterator[None]:
     except (OSError, RuntimeError) as cause:
         if "NetCDF: " not in str(cause):
             raise
-        raise DataFileError(Path(path), f"it is damaged ({cause})", RUN_AGAIN) from cause
+        raise read_error(Path(path), cause, RUN_AGAIN) from cause
 
 
 def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
@@ -312,8 +312,7 @@ def _hdf5(path: str | os.PathLike[str]) -> Iterator[h5py.File]:
         with h5py.File(path) as file:
             yield file
     except (OSError, RuntimeError) as cause:
-        fault = "it is damaged" if Path(path).is_file() else "there is no such file"
-        raise DataFileError(Path(path), f"{fault} ({cause})", RUN_AGAIN) from cause
+        raise read_error(Path(path), cause, RUN_AGAIN) from cause
 
 
 def read_arrays(

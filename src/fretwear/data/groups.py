@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from fretwear.data.atomic import DataFileError
+from fretwear.data.atomic import read_error
 from fretwear.results import CASE_ID
 from fretwear.variable import Variable
 
@@ -86,14 +86,7 @@ def open_group(
         close = dataset.close
         dataset = with_text(dataset)
     except (OSError, RuntimeError, ValueError) as cause:
-        fault, path = f"it is damaged, or not a netCDF-4 file of fretwear ({cause})", Path(path)
-        if path.is_dir():
-            fault, remedy = "it is a folder", "Give a file in it, such as cases/ID.nc of results"
-        elif not path.is_file():
-            fault, remedy = "there is no such file", "Check the name"
-        elif path.suffix in (".yaml", ".yml"):
-            fault, remedy = "it is a study file", "Give the file of a case: fretwear run writes one"
-        raise DataFileError(path, fault, remedy) from cause
+        raise read_error(Path(path), cause, remedy) from cause
     # The first format called the normal load by the name of a method of datasets.
     if "load" in {*dataset.variables, *dataset.dims}:
         dataset = dataset.rename(load="normal_load")
