@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -74,17 +75,16 @@ def test_the_documented_command_takes_the_default_study_to_its_report(snakemake,
 
 
 def jobs_of_slurm():
-    """The jobs that SLURM remembers, as its own names and values of their parameters."""
-    said = subprocess.run(["scontrol", "show", "--json", "job"], capture_output=True, check=True)
-    return json.loads(said.stdout)["jobs"]
+    """Names and values of each job that SLURM remembers, in their order."""
+    command = ["scontrol", "show", "--oneliner", "job"]
+    said = subprocess.run(command, capture_output=True, check=True, text=True).stdout
+    return [dict(re.findall(r"(\S+?)=(\S*)", line)) for line in said.splitlines() if "=" in line]
 
 
 def cancel_the_first():
-    while not (
-        found := [job["job_id"] for job in jobs_of_slurm() if "RUNNING" in job["job_state"]]
-    ):
+    while not (running := [job for job in jobs_of_slurm() if job["JobState"] == "RUNNING"]):
         time.sleep(1.0)
-    subprocess.run(["scancel", str(found[0])], check=True)
+    subprocess.run(["scancel", running[0]["JobId"]], check=True)
 
 
 @pytest.mark.slow
@@ -98,7 +98,7 @@ def test_a_fit_is_a_job_with_cores_memory_and_time_and_when_cancelled_has_twice_
     number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
     sought = {"free": {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, "data": [number]}
     write_study(tmp_path / "studies/volume.yaml", {"base": TITANIUM, "fit": sought})
-    others = {job["job_id"] for job in jobs_of_slurm()}
+    others = {job["JobId"] for job in jobs_of_slurm()}
     watcher = threading.Thread(target=cancel_the_first, daemon=True)
     watcher.start()
     target = "results/volume/fit.json"
@@ -108,14 +108,10 @@ def test_a_fit_is_a_job_with_cores_memory_and_time_and_when_cancelled_has_twice_
     (found,) = fitted["parameters"].values()
     assert found["value"] == pytest.approx(2e-13, rel=0.01)
     ours = StudyJobs.of({"study": "volume"})
-    asked = [
-        (
-            job["cpus_per_task"]["number"],
-            job["memory_per_node"]["number"],
-            job["time_limit"]["number"],
-        )
-        for job in jobs_of_slurm()
-        if job["job_id"] not in others
+    keys = ("CPUs/Task", "MinMemoryNode", "TimeLimit")
+    asked = [[job[key] for key in keys] for job in jobs_of_slurm() if job["JobId"] not in others]
+    memory, minutes = ours.memory_mb_of_fit(2), ours.minutes_of_fit
+    assert asked == [
+        ["2", f"{memory}M", f"00:{minutes:02d}:00"],
+        ["2", f"{2 * memory}M", f"00:{2 * minutes:02d}:00"],
     ]
-    once = ours.memory_mb_of_fit(2), ours.minutes_of_fit
-    assert asked == [(2, attempt * once[0], attempt * once[1]) for attempt in (1, 2)]
