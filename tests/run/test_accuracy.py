@@ -79,7 +79,11 @@ def test_a_written_cell_and_a_written_tolerance_stay_whatever_the_accuracy():
     assert next_width(written, []) == 1.0
     assert next_width(written, runs) is None
     assert unreached(written, runs).remedy == "set a narrower `cell`, or none"
-    assert unreached(written.replace(cell="3 um"), runs) is None  # no accuracy beside it
+    alone = written.replace(cell="3 um")
+    assert unreached(alone, runs) is None
+    for case in (written, alone, alone.replace(error_estimate=False)):
+        again = Case(**case.canonical_parameters())
+        assert (again.case_id, again.accuracy) == (case.case_id, case.accuracy)
     assert make(tolerance=0.003).on_cells(2.0).tolerance == 0.003
 
 

@@ -379,8 +379,8 @@ class Case(Setup):
         values |= {"loading": self.plain_loading, "cell": None}
         if self.asked_accuracy is None:
             values["cell"] = self.grid_spacing
-        if math.isinf(self.accuracy):
-            values["accuracy"] = Case.accuracy
+            if math.isinf(self.accuracy):
+                del values["accuracy"]  # a written cell alone asks for none
         if self.blocks:
             del values["cycles"]  # they contain it
         return values

@@ -277,8 +277,11 @@ def _of_bulk_stress(setup: Setup, slip_model: SlipModel) -> Iterator[Mistake]:
 
 
 @rule(*_SURFACES, "frequency", "wear_law")
-def _of_pairs_of_keys(setup: Setup, error_estimate: bool, accuracy: float) -> Iterator[Mistake]:
-    if not error_estimate and math.isfinite(accuracy):
+def _of_pairs_of_keys(
+    setup: Setup, error_estimate: bool, accuracy: float, cell: object
+) -> Iterator[Mistake]:
+    # Files of earlier versions have the default accuracy beside each cell.
+    if not error_estimate and math.isfinite(accuracy) and cell is None:
         yield Mistake("error_estimate", False, "leaves out the error estimates of an accuracy")
     if setup.frequency is None and setup.wear_law.needs_frequency:
         rule = f"is missing, on which the {setup.wear_law.kind} law of wear depends"
