@@ -56,6 +56,18 @@ def test_version_and_license_are_the_same_everywhere():
     assert names == {author["name"] for author in citation["authors"]}
 
 
+def test_the_conda_recipe_has_the_version_and_the_requirements_of_the_project():
+    recipe = yaml.safe_load(text_of(".github/conda/recipe.yaml"))
+    assert recipe["context"]["version"] == PROJECT["version"]
+    assert recipe["about"]["license"] == PROJECT["license"]
+    conda = {"matplotlib": "matplotlib-base", "snakemake": "snakemake-minimal"}
+    needed = {f"python {PROJECT['requires-python']}"}
+    for requirement in map(Requirement, PROJECT["dependencies"]):
+        name = requirement.name.lower()
+        needed.add(f"{conda.get(name, name)} {requirement.specifier}")
+    assert set(recipe["requirements"]["run"]) == needed
+
+
 def test_every_python_that_is_named_follows_the_oldest_and_ci_has_both_ends():
     words = "Programming Language :: Python :: 3."
     named = [int(c.removeprefix(words)) for c in PROJECT["classifiers"] if c.startswith(words)]
