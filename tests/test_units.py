@@ -141,7 +141,7 @@ def test_numbers_as_people_read_them(write, texts):
         (3e-13, "m", "0.3 pm"),
         (6.3e-15, "m3", "6.3 × 10³ µm³"),
         (4e-6, "J", "4 µJ"),
-        (0.0, "J", "0 pJ"),
+        (0.0, "J", "0 µJ"),
     ],
 )
 def test_a_readable_unit_makes_the_largest_value_one_to_a_thousand(largest, si_unit, text):

@@ -169,6 +169,10 @@ class Plain(Parameter):
     like: str = ""
     description: str = field(default="", kw_only=True)
 
+    def text(self, value: Any) -> str:
+        """Return a value as in a study file, true or false if datasets have it as a number."""
+        return value if isinstance(value, str) else str(bool(value)).lower()
+
 
 class Readable(Parameter):
     """A parameter that reads its values, given the folder of the study file or None elsewhere."""

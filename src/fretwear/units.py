@@ -334,7 +334,7 @@ def exact_text(value: float, dimension: Dimension) -> str:
 def readable_unit(values: ArrayLike, si_unit: str) -> Unit:
     """Return the unit in which the largest of some values, in SI units, is from 1 to 1000.
 
-    NaN and infinite values do not count; without finite values the unit is the smallest.
+    NaN and infinite values do not count. Zero, or no finite value, has a unit that people type.
     """
     import numpy as np
 
@@ -345,6 +345,9 @@ def readable_unit(values: ArrayLike, si_unit: str) -> Unit:
 
 def _fitting(units: Sequence[Unit], value: float) -> Unit:
     """Return the largest unit that does not exceed a value, else the smallest unit."""
+    if value == 0.0:
+        typed = [unit for unit in units if unit.typed]
+        return typed[0] if typed else min(units, key=lambda unit: abs(math.log(unit.size)))
     return [units[0], *(unit for unit in units if unit.size <= value)][-1]
 
 

@@ -46,8 +46,8 @@ def stress_below(
         Path | None, option("-o/--output", "STRESS.nc", "File to write.", "OUT-stress.nc")
     ] = None,
     cycle: Annotated[
-        float, typer.Option("--cycle", metavar="NUMBER", help="Snapshot of the case.")
-    ] = 0,
+        float | None, option("--cycle", "NUMBER", "Snapshot of the case.", "the last")
+    ] = None,
     depth: Annotated[str | None, option("--depth", "DEPTH", _DEPTH, _DEPTHS)] = None,
     fatemi_socie: Annotated[str | None, option("--fatemi-socie", "K,STRENGTH", _FATEMI)] = None,
     crossland: Annotated[float | None, option("--crossland", "ALPHA", _CROSSLAND)] = None,
@@ -60,17 +60,19 @@ def stress_below(
     """
     from fretwear_cracks.stresses import largest_values, stress
 
-    compute = partial(
-        stress,
-        cycle=cycle,
-        depths=None if depth is None else depth.split(","),
-        fatemi_socie=fatemi_socie,
-        crossland=crossland,
-        mean_stress=mean_stress,
-        stress_ratio=stress_ratio,
-    )
+    def compute(case: xr.Dataset) -> xr.Dataset:
+        return stress(
+            case,
+            case["cycle"].values[-1] if cycle is None else cycle,
+            depths=None if depth is None else depth.split(","),
+            fatemi_socie=fatemi_socie,
+            crossland=crossland,
+            mean_stress=mean_stress,
+            stress_ratio=stress_ratio,
+        )
+
     path, stresses = _written(file, output, "stress", compute)
-    say(f"Largest values at cycle {cycle_text(cycle)}, in the flat")
+    say(f"Largest values at cycle {cycle_text(stresses['cycle'].item())}, in the flat")
     for line in (*aligned([*largest_values(stresses)], str.ljust), str(path)):
         say(line)
 

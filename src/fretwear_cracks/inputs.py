@@ -26,7 +26,10 @@ from fretwear_cracks.states import LoadedSurface
 KEYS = {n: about for n, about in declared(StressConstants).items() if isinstance(about, Quantity)}
 """Quantities of `StressConstants` by their keys."""
 # k and the yield strength, and the weight of the mean stress.
-_FATEMI_SOCIE = Quantity("1", "", "", ge=0.0), Quantity("Pa", "", "", gt=0.0)
+_FATEMI_SOCIE = (
+    Quantity("1", "", "", like="1", ge=0.0),
+    Quantity("Pa", "", "", "MPa", "1000 MPa", gt=0.0),
+)
 _CROSSLAND = Quantity("1", "", "")
 
 # First and last depth that are looked at unless others are asked for, in contact half-widths, and
@@ -162,7 +165,8 @@ def read_pair(
     """Two constants of a law, in SI units; text has a comma between them."""
     values = np.atleast_1d(np.asarray(pair.split(",") if isinstance(pair, str) else pair, object))
     if values.size != 2:
-        raise StressError(f"{name}: must be two constants")
+        example = ", ".join(quantity.example for quantity in quantities)
+        raise StressError(f"{name} = {pair!r}: must be two constants, such as {example!r}")
     first, second = map(partial(read_quantity, name), values, quantities)
     return first, second
 

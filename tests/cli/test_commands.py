@@ -129,5 +129,8 @@ def test_plot_draws_the_case_beside_it_or_where_it_is_told_to(desk, case_file):
     content = (desk.folder / "mine.png").read_bytes()
     assert content.startswith(b"\x89PNG")
     assert struct.unpack(">II", content[16:24]) > (1000, 600)
-    desk.call("plot", case_file, "-o", "a.svg")
-    assert (desk.folder / "a.svg").read_text(encoding="utf-8").startswith("<?xml")
+    desk.call("plot", case_file, "-o", "a.svg", "--cycle", 0)
+    text = (desk.folder / "a.svg").read_text(encoding="utf-8")
+    assert text.startswith("<?xml")
+    assert "cycle 0" in text
+    assert "has snapshots at" in desk.call("plot", case_file, "--cycle", 7, status=2).stderr

@@ -37,7 +37,7 @@ def test_where_a_crack_is_expected_is_told_for_each_snapshot(desk, case_file):
     with xr.open_dataset("fatigue.nc") as stored:
         assert stored.damage.dims == ("cycle", "x", "material_z")
         assert stored.fatigue_strength == 1e9
-    reason = "manson_coffin: must be two constants"
+    reason = "manson_coffin = '0.5': must be two constants, such as '0.5, -0.6'"
     assert reason in desk.call("fatigue", case_file, "--manson-coffin", 0.5, status=2).stderr
     said = desk.call("export", "fatigue.nc", "--to", "csv").stdout.splitlines()
     assert "fatigue-cycle-x-z.csv" in said

@@ -38,6 +38,7 @@ _CASE = (
 )
 _OUTPUT = "File to write, or the folder for files named by the ids, where finished cases are kept."
 _FIGURE = "File to write: .png, .svg or .pdf."
+_SNAPSHOT = "The one snapshot to draw, of those in the file."
 _FOLDER = typer.Argument(
     metavar="[FOLDER]", help="Folder, created if necessary.", show_default="here"
 )
@@ -233,7 +234,7 @@ def merge(
 
 
 def figures(file: StudyFile, results: Results = None, processes: Processes = 1) -> None:
-    """Draw the figures of a merged study, as SVG and PNG, into figures/."""
+    """Draw the figures of a merged study, as SVG, into figures/."""
     study, folder = study_and_results(file, results)
 
     from fretwear.data.files import open_summary
@@ -270,6 +271,7 @@ def report(file: StudyFile, results: Results = None) -> None:
 def plot(
     file: CaseFile,
     output: Annotated[Path | None, option("-o/--output", "FIG.png", _FIGURE, "OUT.png")] = None,
+    cycle: Annotated[int | None, option("--cycle", "NUMBER", _SNAPSHOT, "a few of them")] = None,
 ) -> None:
     """Draw the profiles and the scar of a case, a fit, or the measured surfaces of a study."""
     from fretwear.figures import overview, save_as
@@ -284,5 +286,8 @@ def plot(
     if file.suffix in (".yaml", ".yml"):
         raise CommandError(f"{file} has no measured surface: plot the file of a case")
     with open_checked(file) as (case, _):
-        save_as(overview(case), path)
+        try:
+            save_as(overview(case, cycle), path)
+        except ValueError as error:
+            raise CommandError(f"{file}: {error}") from error
     say(str(path))

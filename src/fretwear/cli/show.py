@@ -53,7 +53,9 @@ def case_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
     from fretwear.results import FORCES, RESULTS, SYMMETRIES, contact_frame, headlines
     from fretwear.study.unworn import unworn
 
-    yield from dict.fromkeys(case.attrs[name] for name in ("title", "case_id", "source"))
+    title, case_id = (case.attrs[name] for name in ("title", "case_id"))
+    yield title if case_id in title else f"{title}, case {case_id}"
+    yield case.attrs["source"]
     part = ("all", "half", "a quarter")[sum(SYMMETRIES[case.attrs["symmetry"]])]
     cells = " x ".join(str(case.sizes[axis]) for axis in ("x", "y") if axis in case.sizes)
     yield f"{cells} cells ({part} of the contact), {history.sizes['step'] - 1} steps"

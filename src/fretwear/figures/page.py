@@ -14,9 +14,9 @@ from fretwear.figures.datasets import (
     Cycles,
     history_of,
     profiles_of,
+    study_curves,
     width_names,
 )
-from fretwear.figures.history import study_curves
 from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import (
     cycle_colours,
@@ -48,7 +48,7 @@ _HEADLINE += ("roughness_amplitude", "plastic_limit")
 def overview(dataset: xr.Dataset, cycles: Cycles = None) -> Figure:
     """Draw pressure, shear, gap and wear along x, a map of the scar, and the zones over the cycles.
 
-    The map shows the last snapshot of the case; a line contact has the slip along x in its place.
+    The map shows the last of these cycles; a line contact has the slip along x in its place.
     """
     panels = [profiles_of(dataset, name, cycles) for name in _PANELS]
     colors, is_filled = cycle_colours(panels[0].cycles), panels[0].is_rough
@@ -57,7 +57,7 @@ def overview(dataset: xr.Dataset, cycles: Cycles = None) -> Figure:
     place, zones = grid[:, 2]
     drawn = [*zip(grid[:, :2].flat, panels, strict=True)]
     if "y" in dataset.dims:
-        scar = take_wear_map(dataset, None)
+        scar = take_wear_map(dataset, int(panels[0].cycles[-1]))
         unit = readable_unit(scar.depth, "m")
         image = draw_wear_map(place, scar, unit, depth_scale(unit.of(scar.depth.max())))
         label = f"{RESULTS['wear_depth'].label} ({unit.name})"
