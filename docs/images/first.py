@@ -13,8 +13,8 @@ import json
 import sys
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
-from benchmarks.experiments.__main__ import in_mm
 from benchmarks.experiments.measurements import equality, mark
 from matplotlib.axes import Axes
 from PIL import Image
@@ -35,7 +35,7 @@ CONTACT["slip_model"] = "jaeger"  # for which there are closed forms
 def scar(axes: Axes, results: Path) -> None:
     """The wear of a rough contact that yields, from above."""
     summary = xr.open_dataset(results / "summary.nc")
-    point = summary.sel(normal_load=40, friction=0.2, roughness_amplitude=2e-7, plastic_limit=3e9)
+    point = summary.sel(normal_load=28, friction=0.6, roughness_amplitude=3e-7, plastic_limit=1.2e9)
     case = fretwear.open_case(results / "cases" / f"{point['case_id'].item()}.nc")
     fretwear.figures.wear_map(case, ax=axes)
     axes.get_legend().remove()
@@ -66,16 +66,18 @@ def histories(axes: Axes) -> None:
 
 
 def measured(axes: Axes) -> None:
-    """Scars of published experiments, measured and computed."""
+    """Worn volumes of published experiments, measured and computed."""
     data = json.loads(Path("docs/experiments.json").read_text(encoding="utf-8"))["together"]["data"]
-    points = [in_mm(each) for series in data.values() for each in series]
+    points = [each for series in data.values() for each in series if each["unit"] == "mm³"]
     equality(axes, points)
+    ratios = np.log([each["computed"] / each["measured"] for each in points])
+    rms = 100.0 * np.expm1(np.sqrt(np.mean(ratios**2)))
     for is_fitted in (False, True):
         chosen = [each for each in points if (each.get("basis") == "fitted") is is_fitted]
         mark(axes, chosen, int(is_fitted), "fitted" if is_fitted else "not fitted")
-    axes.set(xlabel="Measured (mm³, mm)", ylabel="Computed (mm³, mm)")
+    axes.set(xlabel="Measured volume (mm³)", ylabel="Computed volume (mm³)")
     axes.legend()
-    axes.set_title("Published experiments")
+    axes.set_title(f"Experiments: rms {rms:.0f} %")
 
 
 if __name__ == "__main__":

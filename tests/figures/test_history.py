@@ -111,17 +111,35 @@ def test_seeds_are_drawn_by_their_mean_and_deviation():
     assert ends.max() == pytest.approx(5000.0 + deviation[1])
 
 
-def test_many_points_have_a_colour_bar_of_the_first_parameter():
+def points(**attributes):
+    """Wear depths of twenty points, from 1 nm to friction³ nm."""
     rng = np.random.default_rng(1)
-    load, friction = rng.uniform(1.0, 2.0, (2, 20))
-    volume = 1e-15 * np.stack([np.ones(20), load**3], axis=1)
-    sample = xr.Dataset(
-        {"maximum_wear_depth": (("point", "cycle"), volume)},
-        {"cycle": [0, 10], "friction": ("point", friction), "radius": ("point", load)},
-    )
-    panel, bar = figures.scalar_history(sample, "maximum_wear_depth").axes
+    load, friction = rng.uniform(1.0, 20.0, (2, 20))
+    depth = 1e-9 * np.stack([np.ones(20), friction**3], axis=1)
+    coordinates = {"friction": ("point", friction, attributes), "radius": ("point", load)}
+    variables = {"maximum_wear_depth": (("point", "cycle"), depth)}
+    return xr.Dataset(variables, {"cycle": [0, 10], **coordinates})
+
+
+def test_many_listed_points_have_a_colour_bar_of_the_first_parameter_with_numbers():
+    panel, bar = figures.scalar_history(points(), "maximum_wear_depth").axes
     assert len(panel.get_lines()) == 20
     assert "friction" in bar.get_ylabel().lower()
+    low, high = bar.get_ylim()
+    assert sum(low <= tick <= high for tick in bar.get_yticks()) >= 3
+
+
+def test_a_sample_is_drawn_by_its_median_and_two_bands():
+    sample = points(drawn_from=1.0)
+    figure = figures.scalar_history(sample, "maximum_wear_depth")
+    (panel,) = figure.axes
+    (median,) = panel.get_lines()
+    last = 1e-3 * np.quantile(sample["friction"].values ** 3, [0.1, 0.25, 0.5, 0.75, 0.9])
+    np.testing.assert_allclose(median.get_ydata(), [1e-3, last[2]])  # µm
+    for band, ends in zip(panel.collections, (last[[0, 4]], last[[1, 3]]), strict=True):
+        at_end = [y for x, y in band.get_paths()[0].vertices if x == 10.0]
+        np.testing.assert_allclose([min(at_end), max(at_end)], ends)
+    assert figure.caption.startswith("Maximum wear depth against the number of cycles, median of")
 
 
 @pytest.mark.slow
@@ -130,7 +148,7 @@ def test_the_corners_of_roughness_and_plastic_limit_stand_for_a_study(small_stud
     chosen = representative_cases(summary)
     assert chosen.contrasts == ("roughness_amplitude", "plastic_limit")
     assert len(chosen.ids) == 4
-    assert "40 N" in chosen.common
+    assert chosen.common == "normal load 40 N, 4 of 8 cases"
     point = summary.sel(normal_load=40, roughness_amplitude=3e-7, plastic_limit=4.5e9)
     assert point["case_id"].item() in chosen.ids.values()
     summary = summary.copy(deep=True)

@@ -10,7 +10,7 @@ from scipy.stats import qmc
 from fretwear.data.effects import Points, effects_table
 from fretwear.report import answer_text
 from fretwear.report.matrix import build_matrix
-from fretwear.report.plots import curve, explorer
+from fretwear.report.plots import courses, curve, explorer, log_ticks
 
 from ..data.test_effects import listed
 from ..studies import sampled
@@ -34,7 +34,7 @@ def test_a_cell_has_the_mean_factor_its_range_and_a_mark_where_directions_differ
     # P⁻² of 10, 20 and 80 N: 1/100, 1/400 and 1/6400.
     assert (friction.text, friction.spread) == ("×0.0016", "0.00016–0.01")
     assert (friction.grows, friction.is_opposed) == (False, False)
-    assert matrix.opening == load
+    assert matrix.opening == load  # though friction changes the volume more
     assert row.values == "0.0125 µm³ to 80 µm³"
 
 
@@ -74,17 +74,39 @@ def test_a_sampled_study_has_shares_of_the_variance_and_dots():
     assert dots["mode"] == "markers"
 
 
+def test_a_result_of_a_sample_over_the_cycles_has_the_curve_of_every_dot():
+    unit = qmc.LatinHypercube(2, seed=3).random(16)
+    summary = sampled(unit, 1e-18 * (1.0 + 99.0 * unit[:, 0]))
+    points, history = Points.of(summary), summary.rename_dims(cycle="step")
+    (dots,) = curve(points, effects_table(points), "wear_volume", "load")["data"]
+    figure = courses(points, history, "wear_volume")
+    assert figure["layout"]["title"]["text"] == "Wear volume (µm³)"
+    for case_id, volume in zip(dots["customdata"], dots["y"], strict=True):
+        assert figure["curves"][case_id] == {"x": [100.0], "y": [volume]}
+    *_, median, chosen = figure["data"]
+    assert median["y"] == pytest.approx([np.median(dots["y"])], rel=1e-3)
+    assert chosen["x"] == []
+
+
+@pytest.mark.parametrize("span", [(2.1, 90.0), (3.0, 30.0), (1.0, 9.0), (0.3, 5e4)])
+def test_a_logarithmic_axis_has_at_least_three_ticks(span):
+    ticks = np.array(log_ticks(np.array(span))["tickvals"])
+    assert 3 <= ((ticks >= span[0]) & (ticks <= span[1])).sum() <= 7
+
+
 def test_the_explorer_has_profiles_of_every_case_and_cycle(finished):
     figure = explorer(finished.summary)
     cycles = finished.summary.sizes["cycle"]
-    assert len(figure.data) == 2 * 3 * cycles
-    left, right = figure.layout.updatemenus
-    done = int((finished.summary["status"] == 0).sum())
-    assert len(left.buttons) == len(right.buttons) == done
-    assert len(figure.layout.sliders[0].steps) == cycles
+    assert len(figure["data"]) == 2 * 3 * cycles
+    assert len(figure["cases"]) == int((finished.summary["status"] == 0).sum())
+    ends = [*figure["cases"].values()][:: len(figure["cases"]) - 1]
+    for traces, first in zip(ends, (0, 3 * cycles), strict=True):
+        drawn = figure["data"][first : first + 3 * cycles]
+        assert traces == {axis: [trace[axis] for trace in drawn] for axis in "xy"}
+    assert len(figure["layout"]["sliders"][0]["steps"]) == cycles
     # The pressure after the last cycle of the case shown first.
     first = finished.summary["pressure_profile"].isel(normal_load=0, friction=1)
-    shown = figure.data[cycles - 1]
-    at = first.isel(plastic_limit=0, cycle=-1).sel(x=1e-6 * np.array(shown.x), method="nearest")
+    shown = figure["data"][cycles - 1]
+    at = first.isel(plastic_limit=0, cycle=-1).sel(x=1e-6 * np.array(shown["x"]), method="nearest")
     assert float(at.max()) > 1e8
-    np.testing.assert_allclose(1e6 * np.array(shown.y), at, rtol=1e-3)
+    np.testing.assert_allclose(1e6 * np.array(shown["y"]), at, rtol=1e-3)

@@ -13,8 +13,10 @@ import xarray as xr
 from matplotlib import ticker
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.cm import ScalarMappable
 from matplotlib.colorbar import Colorbar
+from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
@@ -32,6 +34,7 @@ Shared = Literal["all", "row", "none"]
 _LETTER_WIDTH = 1.35  # mm, of the text of a key
 _AROUND_PANEL = 22.0  # mm, of the axis and the letter of a panel
 _LOGARITHMIC_FROM = 30.0
+_MANY_DECADES = 100.0  # over which only decades have numbers
 _CONSTANT = 0.03
 _DEEPEST = 1e-6  # least value on a logarithmic axis, over the largest
 
@@ -57,6 +60,15 @@ def set_cycle_axis(axes: Axes, cycles: ArrayLike) -> None:
         axes.set_xscale("log")
         axes.set_xlim(first / 1.1, 1.3 * last)
     axes.xaxis.set_minor_locator(ticker.NullLocator())
+
+
+def _set_log_ticks(axis: Axis, low: float, high: float) -> None:
+    """Number decades of a logarithmic axis, and 2 and 5 within them if there are few."""
+    subs = (1.0,) if high > _MANY_DECADES * low else (1.0, 2.0, 5.0)
+    axis.set_major_locator(ticker.LogLocator(subs=subs, numticks=8))
+    every = ticker.LogFormatterSciNotation(minor_thresholds=(math.inf, math.inf))
+    axis.set_major_formatter(every)
+    axis.set_minor_locator(ticker.NullLocator())
 
 
 class ValueAxis:
@@ -93,11 +105,7 @@ class ValueAxis:
         """Set scale and limits; values that hardly change are shown from zero, without noise."""
         if self.is_logarithmic:
             axes.set_yscale("log", nonpositive="mask")
-            subs = (1.0,) if self._high > 100.0 * self._least else (1.0, 2.0, 5.0)
-            axes.yaxis.set_major_locator(ticker.LogLocator(subs=subs, numticks=8))
-            every = ticker.LogFormatterSciNotation(minor_thresholds=(math.inf, math.inf))
-            axes.yaxis.set_major_formatter(every)
-            axes.yaxis.set_minor_locator(ticker.NullLocator())
+            _set_log_ticks(axes.yaxis, self._least, self._high)
             axes.set_ylim(max(0.6 * self._least, _DEEPEST * self._high), 1.7 * self._high)
         elif self._from_zero:
             room = 1.25 if self._is_constant else 1.06
@@ -179,4 +187,6 @@ def add_scale(
     """Add a colour bar beside axes; `aspect` is its height over its width."""
     bar = figure.colorbar(image, ax=axes, label=label, aspect=aspect, fraction=0.05, pad=0.02)
     bar.outline.set_visible(False)
+    if isinstance(image.norm, LogNorm):
+        _set_log_ticks(bar.ax.yaxis, *image.get_clim())
     return bar

@@ -26,6 +26,13 @@ TitledCases = xr.Dataset | Mapping[str, xr.Dataset]
 
 _ALIKE = 1e-3
 _OVER_FIRST = 3.0
+# A result that every contact has at every cycle.
+_ALWAYS = "contact_half_width_x"
+_VOLUMES = ("wear_volume", "wear_volume_indenter", "wear_volume_flat")
+_MOST_CYCLES = 200
+
+QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9)
+"""Quantiles of the curves of a sample: the ends of two bands around the median."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +87,20 @@ def profiles_of(
     return Profiles(field, x, numbers, values, zones, contact, stick, is_rough, ceiling)
 
 
+@dataclass(frozen=True)
+class Curve:
+    """One point of a study, or the mean of points that differ in their seed, over the cycles."""
+
+    place: Mapping[str, int]  # by the dimensions of the study
+    cycles: Array
+    values: Array  # NaN where undefined
+    deviation: Array | None = None  # standard deviation of a mean
+
+    def is_at(self, place: Mapping[str, int]) -> bool:
+        """Whether the curve belongs to a panel."""
+        return all(self.place[name] == index for name, index in place.items())
+
+
 def history_of(dataset: xr.Dataset) -> xr.Dataset:
     """Return the values at every step from the file that a dataset was opened from.
 
@@ -92,6 +113,64 @@ def history_of(dataset: xr.Dataset) -> xr.Dataset:
     history = open_history(source)
     chosen = {n: dataset[n].values for n in history.dims if n in dataset.coords and n != "step"}
     return history.sel(chosen)
+
+
+def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
+    """Return a curve for each finished point of a study, at its snapshots or at its steps.
+
+    The width of a zone steps where a spot has joined its outline or left it. A wear volume has a
+    value at cycle 1, to which it grows in proportion to the dissipated energy.
+
+    The dataset is a merged study (varied names or ``point``, then ``cycle``), one case, or the
+    history of either (…, ``step``). Raises a `ValueError` if it lacks the result.
+    """
+    require_variables(dataset, name)
+    if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:
+        dataset = dataset.expand_dims("cycle")
+    dims = [str(dim) for dim in dataset[name].dims if dim not in ("cycle", "step")]
+    # A result undefined over some cycles, as without a stick zone, leaves a gap in its line.
+    always = dataset[_ALWAYS if _ALWAYS in dataset else name]
+    none = xr.zeros_like(always)
+    spots = dataset.get(f"{name.partition('_')[0]}_spots", none)
+    energy = dataset.get("dissipated_energy", none) if name in _VOLUMES else none
+    arrays = xr.broadcast(dataset["cycle"], dataset[name], always, spots, energy)
+    cycles, values, there, moved, energies = (
+        array.transpose(*dims, ...).values.astype(np.float64) for array in arrays
+    )
+    curves = []
+    for place in np.ndindex(values.shape[:-1]):
+        stored = np.isfinite(there[place]) & np.isfinite(cycles[place])
+        if not np.isfinite(values[place][stored]).any():
+            continue
+        x, y = cycles[place][stored], values[place][stored]
+        steps = np.flatnonzero(moved[place][stored] > 0.0)
+        added, of_added = x[steps], y[steps - 1]
+        rates = energies[place][stored][:2]
+        if rates.all() and x[0] == y[0] == 0.0 and x[1] > 1.0:
+            # V is proportional to the energy since cycle 0, the integral of a linear rate.
+            share = (rates[0] + 0.5 * (rates[1] - rates[0]) / x[1]) / (rates.mean() * x[1])
+            steps, added, of_added = np.array([1]), np.array([1.0]), share * y[1:2]
+        x, y = np.insert(x, steps, added), np.insert(y, steps, of_added)
+        curves.append(Curve(dict(zip(dims, place, strict=True)), x, y))
+    return curves
+
+
+def side_by_side(curves: Sequence[Curve]) -> tuple[Array, Array]:
+    """Return n common cycles of k curves and their values there, shape (k, n).
+
+    These are all their cycles, or a few hundred of many. A curve has NaN after its last cycle.
+    """
+    cycles = np.unique(np.concatenate([curve.cycles for curve in curves]))
+    cycles = cycles[np.linspace(0, cycles.size - 1, min(cycles.size, _MOST_CYCLES)).astype(int)]
+    rows = [np.interp(cycles, curve.cycles, curve.values, right=math.nan) for curve in curves]
+    return cycles, np.stack(rows)
+
+
+def quantile_curves(curves: Sequence[Curve]) -> tuple[Array, Array]:
+    """Return n cycles and the `QUANTILES` of curves there, a row for each, of those that go on."""
+    cycles, table = side_by_side(curves)
+    known = np.isfinite(table).any(axis=0)
+    return cycles[known], np.nanquantile(table[:, known], QUANTILES, axis=0)
 
 
 def is_smooth(dataset: xr.Dataset) -> bool:

@@ -14,7 +14,6 @@ from matplotlib.colors import LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from fretwear.arrays import Array
 from fretwear.data.effects import (
     BOOKKEEPING,
     LEAST_SEEDS,
@@ -31,7 +30,13 @@ from fretwear.figures.axes import (
     parameter_values,
     set_cycle_axis,
 )
-from fretwear.figures.datasets import history_of, require_variables
+from fretwear.figures.datasets import (
+    Curve,
+    history_of,
+    quantile_curves,
+    side_by_side,
+    study_curves,
+)
 from fretwear.figures.style import (
     CATEGORICAL,
     LINE_STYLES,
@@ -54,23 +59,6 @@ _MOST_ACROSS = 3
 _MOST_CONTRASTS = 2
 _CONSTANT = 1e-3
 _WIDE = 10.0
-# A result that every contact has at every cycle.
-_ALWAYS = "contact_half_width_x"
-_VOLUMES = ("wear_volume", "wear_volume_indenter", "wear_volume_flat")
-
-
-@dataclass(frozen=True)
-class Curve:
-    """One point of a study, or the mean of points that differ in their seed, over the cycles."""
-
-    place: Mapping[str, int]  # by the dimensions of the study
-    cycles: Array
-    values: Array  # NaN where undefined
-    deviation: Array | None = None  # standard deviation of a mean
-
-    def is_at(self, place: Mapping[str, int]) -> bool:
-        """Whether the curve belongs to a panel."""
-        return all(self.place[name] == index for name, index in place.items())
 
 
 @dataclass(frozen=True)
@@ -88,46 +76,6 @@ def level_text(dataset: xr.Dataset, place: Mapping[str, int]) -> str:
     return ", ".join(symbol_text(n, levels_of(dataset, n)[i]) for n, i in place.items())
 
 
-def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
-    """Return a curve for each finished point of a study, at its snapshots or at its steps.
-
-    The width of a zone steps where a spot has joined its outline or left it. A wear volume has a
-    value at cycle 1, to which it grows in proportion to the dissipated energy.
-
-    The dataset is a merged study (varied names or ``point``, then ``cycle``), one case, or the
-    history of either (…, ``step``). Raises a `ValueError` if it lacks the result.
-    """
-    require_variables(dataset, name)
-    if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:
-        dataset = dataset.expand_dims("cycle")
-    dims = [str(dim) for dim in dataset[name].dims if dim not in ("cycle", "step")]
-    # A result undefined over some cycles, as without a stick zone, leaves a gap in its line.
-    always = dataset[_ALWAYS if _ALWAYS in dataset else name]
-    none = xr.zeros_like(always)
-    spots = dataset.get(f"{name.partition('_')[0]}_spots", none)
-    energy = dataset.get("dissipated_energy", none) if name in _VOLUMES else none
-    arrays = xr.broadcast(dataset["cycle"], dataset[name], always, spots, energy)
-    cycles, values, there, moved, energies = (
-        array.transpose(*dims, ...).values.astype(np.float64) for array in arrays
-    )
-    curves = []
-    for place in np.ndindex(values.shape[:-1]):
-        stored = np.isfinite(there[place]) & np.isfinite(cycles[place])
-        if not np.isfinite(values[place][stored]).any():
-            continue
-        x, y = cycles[place][stored], values[place][stored]
-        steps = np.flatnonzero(moved[place][stored] > 0.0)
-        added, of_added = x[steps], y[steps - 1]
-        rates = energies[place][stored][:2]
-        if rates.all() and x[0] == y[0] == 0.0 and x[1] > 1.0:
-            # V is proportional to the energy since cycle 0, the integral of a linear rate.
-            share = (rates[0] + 0.5 * (rates[1] - rates[0]) / x[1]) / (rates.mean() * x[1])
-            steps, added, of_added = np.array([1]), np.array([1.0]), share * y[1:2]
-        x, y = np.insert(x, steps, added), np.insert(y, steps, of_added)
-        curves.append(Curve(dict(zip(dims, place, strict=True)), x, y))
-    return curves
-
-
 def _means_over_seeds(curves: Sequence[Curve]) -> list[Curve]:
     """Return the means of curves that differ in their seed alone, at every cycle of any of them."""
     groups: dict[tuple[tuple[str, int], ...], list[Curve]] = {}
@@ -136,8 +84,7 @@ def _means_over_seeds(curves: Sequence[Curve]) -> list[Curve]:
         groups.setdefault(others, []).append(curve)
     means = []
     for place, group in groups.items():
-        cycles = np.unique(np.concatenate([curve.cycles for curve in group]))
-        table = np.stack([np.interp(cycles, curve.cycles, curve.values) for curve in group])
+        cycles, table = side_by_side(group)
         deviation = table.std(axis=0, ddof=1) if len(group) > 1 else None
         means.append(Curve(dict(place), cycles, table.mean(axis=0), deviation))
     return means
@@ -163,10 +110,11 @@ def scalar_history(
     Lines go through every step of the `history`, by default from the file of the dataset,
     or else through the snapshots. The parameter with the most values has colours, the
     next one line styles; the others have panels. Points of a study that are not done (NaN) are left
-    out; three seeds or more are drawn by their mean and standard deviation. Values that span more
-    than a factor of 30 have a logarithmic axis if the result allows one. Raises a `ValueError` if
-    the dataset lacks the result, if no point has a value of it, or if `ax` is given and the
-    parameters take several panels.
+    out; three seeds or more are drawn by their mean and standard deviation, more than eight points
+    of a sample by their median and quantiles. Values that span more than a factor of 30 have a
+    logarithmic axis if the result allows one. Raises a `ValueError` if the dataset lacks the
+    result, if no point has a value of it, or if `ax` is given and the parameters take several
+    panels.
     """
     name = quantity if isinstance(quantity, str) else quantity.name
     steps = history_of(dataset) if history is None else history
@@ -180,6 +128,11 @@ def scalar_history(
     if steps.sizes.get(SEED, 0) >= LEAST_SEEDS and SEED in curves[0].place:
         curves = _means_over_seeds(curves)
         sentences.append(f"Mean and standard deviation over {steps.sizes[SEED]} seeds.")
+    is_drawn = any("drawn_from" in coordinate.attrs for coordinate in steps.coords.values())
+    is_sample = is_drawn and len(curves) > MOST_KEYED
+    if is_sample:
+        sentences[0] = sentences[0].replace(cases, f"median of {cases}")
+        sentences.append("Half of the curves lie in the inner band, 80 % in both.")
     varied = [dim for dim in curves[0].place if len({curve.place[dim] for curve in curves}) > 1]
     colour, style = (*sorted(varied, key=lambda dim: -steps.sizes[dim]), "", "")[:2]
     if style and steps.sizes[style] > len(LINE_STYLES):
@@ -202,12 +155,14 @@ def scalar_history(
             "out ax, or select a part of the study first, for example with dataset.isel(...)."
         )
     axis = ValueAxis(variable, np.concatenate([curve.values for curve in curves]))
-    colours = _colours(steps, colour, curves) if colour else Colours()
+    colours = _colours(steps, colour, curves) if colour and not is_sample else Colours()
     mark = "" if "step" in steps.dims else "o"
     cycles = [c.cycles[c.values > 0.0] if axis.is_logarithmic else c.cycles for c in curves]
     for panel, place in zip(panels, places, strict=True):
         panel.grid(axis="y")
-        for curve in (curve for curve in curves if curve.is_at(place)):
+        if is_sample:
+            _draw_quantiles(panel, curves, axis)
+        for curve in (curve for curve in curves if curve.is_at(place) and not is_sample):
             tint = colours.tints[curve.place.get(colour, 0)]
             dashes = LINE_STYLES[curve.place.get(style, 0)]
             values = axis.unit.of(curve.values)
@@ -233,6 +188,17 @@ def scalar_history(
     for sentence in sentences:
         caption(figure, sentence)
     return figure
+
+
+def _draw_quantiles(panel: Axes, curves: Sequence[Curve], axis: ValueAxis) -> None:
+    """Draw the median of curves over bands between their quantiles."""
+    cycles, quantiles = quantile_curves(curves)
+    shown = (quantiles[0] > 0.0) | (not axis.is_logarithmic)
+    x, (lowest, low, middle, high, highest) = cycles[shown], axis.unit.of(quantiles[:, shown])
+    tint = CATEGORICAL[0]
+    for band in ((lowest, highest), (low, high)):
+        panel.fill_between(x, *band, color=tint, alpha=0.2, lw=0.0)
+    panel.plot(x, middle, color=tint)
 
 
 def _colours(steps: xr.Dataset, name: str, curves: Sequence[Curve]) -> Colours:
@@ -268,11 +234,11 @@ class RepresentativeCases:
 
     contrasts: tuple[str, ...]  # the names in which they differ
     ids: dict[str, str]  # by title, such as ``smooth, elastic``; empty for a single case
-    common: str  # other values, shared by all, in words
+    common: str  # which cases of the study these are, in words
 
 
 def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
-    """Return up to four finished cases of a merged study that has some.
+    """Return up to four finished cases of a merged study that has some; `common` counts them.
 
     They span the extremes of roughness amplitude and plastic limit, or else of the first two other
     parameters; all other parameters have the last values with which most of them are done. In a
@@ -284,9 +250,10 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
         last = final_results(summary)["wear_volume"]
         order = [int(i) for i in np.argsort(last) if np.isfinite(last[i]) and done[int(i)]]
         names = [n for n in varied_names(summary) if len(set(summary[n].values.tolist())) > 1]
-        ends = dict.fromkeys([order[0], order[-1]])
-        chosen = {level_text(summary, dict.fromkeys(names, i)): str(ids[i].item()) for i in ends}
-        return RepresentativeCases(tuple(names[:_MOST_CONTRASTS]), chosen, "")
+        shown = dict.fromkeys([order[0], order[-1]])
+        chosen = {level_text(summary, dict.fromkeys(names, i)): str(ids[i].item()) for i in shown}
+        ends = f"the least and the most wear of {len(order)} cases"
+        return RepresentativeCases(tuple(names[:_MOST_CONTRASTS]), chosen, ends)
     varied = [dim for dim in dims if summary.sizes[dim] > 1]
     preferred = [n for n in ("roughness_amplitude", "roughness", "plastic_limit") if n in varied]
     contrasts = tuple(dict.fromkeys([*preferred, *varied]))[:_MOST_CONTRASTS]
@@ -307,4 +274,7 @@ def representative_cases(summary: xr.Dataset) -> RepresentativeCases:
         if done.isel(best | contrast):
             cases[level_text(summary, contrast)] = str(ids.isel(best | contrast).item())
     common = [words_text(n, levels_of(summary, n)[i]) for n, i in best.items() if n in varied]
+    count = int(done.sum())
+    if len(cases) < count:
+        common.append(f"{len(cases)} of {count} cases")
     return RepresentativeCases(contrasts, cases, ", ".join(common))

@@ -12,6 +12,7 @@ from matplotlib.colors import Normalize, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
+from matplotlib.transforms import ScaledTranslation
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
@@ -33,6 +34,7 @@ from fretwear.figures.style import (
     caption,
     depth_colormap,
     one_panel,
+    root_figure,
     styled,
 )
 from fretwear.results import RESULTS
@@ -43,6 +45,7 @@ WAYS = ("displacement_amplitude", "displacement_ratio")
 """Varied parameters that a fretting map may have besides the load."""
 
 _BEYOND_CONTACT = 1.06
+_AXIS_HEIGHT = 0.42  # inches, of the numbers and the label of an x axis
 _SHALLOW = 0.01
 _UNEQUAL = 4.0
 _EDGES = {"contact": MUTED, "stick": CATEGORICAL[0]}
@@ -110,7 +113,14 @@ def wear_map(
     if any(scar.thinned is not None for scar in scars):
         keys.append(Line2D([], [], color=_EXPOSED, linestyle="--"))
         names.append("edge of exposed substrate")
-    add_key(ax or figure, keys, names)
+    if ax is None:
+        add_key(figure, keys, names)
+    else:  # below the axes: inside, it would lie on the scar
+        below = ScaledTranslation(0.0, -_AXIS_HEIGHT, root_figure(ax).dpi_scale_trans)
+        ax.legend(
+            keys, names, loc="upper left", borderaxespad=0.0, ncols=2,
+            bbox_to_anchor=(0.0, 0.0), bbox_transform=ax.transAxes + below,
+        )  # fmt: skip
     return figure
 
 

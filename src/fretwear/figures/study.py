@@ -31,6 +31,10 @@ _OF_SURFACES = {"gap": "gap", "wear_rate": "wear_rate"}
 _WITHOUT_PATTERN = ("measured", "self_affine")
 
 
+LARGE = 1_000_000
+"""Bytes of a vector figure beyond which a report embeds its bitmap."""
+
+
 class StudyFigure(NamedTuple):
     """A figure of a study: file name without ending, caption, figure."""
 
@@ -97,7 +101,9 @@ def write_study_figures(
     extra: Iterable[StudyFigure] = (),
     processes: int = 1,
 ) -> list[dict[str, str]]:
-    """Write every figure of `study_figures`, then `extra` ones, as SVG and PNG, and an index.
+    """Write every figure of `study_figures`, then `extra` ones, as SVG, and an index.
+
+    A figure of more than 1 MB is also written as PNG, which the report shows in its place.
 
     Several processes write while this one draws. Returns the entries of the index, ``index.json``,
     which is written last: name and caption.
@@ -111,5 +117,10 @@ def write_study_figures(
 
 
 def _write(folder: Path, drawn: StudyFigure) -> dict[str, str]:
-    save_as(drawn.figure, folder / f"{drawn.name}.svg", folder / f"{drawn.name}.png")
+    path = folder / f"{drawn.name}.svg"
+    save_as(drawn.figure, path)
+    bitmap = path.with_suffix(".png")
+    bitmap.unlink(missing_ok=True)
+    if path.stat().st_size > LARGE:
+        save_as(drawn.figure, bitmap)
     return {"name": drawn.name, "caption": drawn.caption}

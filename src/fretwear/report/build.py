@@ -27,8 +27,9 @@ from fretwear.data.effects import (
     point_values,
 )
 from fretwear.data.merge import check_belongs
+from fretwear.figures.datasets import history_of
 from fretwear.report.matrix import build_matrix
-from fretwear.report.plots import curve, explorer
+from fretwear.report.plots import courses, curve, explorer
 from fretwear.results import CASE_ID, STATUS, PointStatus, headlines
 from fretwear.run.case_files import failures
 from fretwear.study.mistakes import few_of
@@ -38,7 +39,6 @@ from fretwear.units import NO_UNIT, axis_label, cycle_text, number_text, span
 
 _TRACE = 0.01  # share of the largest value below which a relative error means nothing
 _MOST_ROWS = 2000
-_LARGE = 1_000_000  # bytes of a vector figure beyond which its bitmap is embedded
 _PAGE_WIDTH = 190.0 / 25.4 * 72.0  # of a figure over two columns of a journal, points
 # Figures in reading order; other figures are behind a fold.
 _FIRST = ["fretting_map", "contact_", "stick_", "wear_map", "pressure_", "shear_", "wear_profiles"]
@@ -128,7 +128,11 @@ def build_report(
     of_core = [image for image in images if image.name not in placed]
     shown = [image for start in _FIRST for image in of_core if image.name.startswith(start)]
     if (plot := explorer(summary)) is not None:
-        plots["explorer"] = plot.to_plotly_json()
+        plots["explorer"] = plot
+    if points.drawn:
+        history = history_of(summary)
+        for result in headlines({*map(str, history)}):
+            plots[f"{result}/cycles"] = courses(points, history, result)
     values = key_results(summary)
     templates = Environment(
         loader=PackageLoader("fretwear.report"),
@@ -144,7 +148,7 @@ def build_report(
         matrix=matrix,
         plots=Markup(json.dumps(plots, separators=(",", ":")).replace("</", "<\\/")),
         shown=shown,
-        explorer=plot is not None,
+        explorer=plot and [*plot["cases"]],
         plotly=Markup(plotly.offline.get_plotlyjs()) if plots else "",
         sections=added,
         images={image.name: image for image in images},
@@ -223,7 +227,7 @@ def _computation(plan: Plan, summary: xr.Dataset) -> dict[str, str]:
 
 
 def _images(folder: Path) -> list[Image]:
-    """Return figures with their data; a bitmap replaces a vector file of more than 1 MB."""
+    """Return figures with their data; a bitmap replaces a vector file too large for a page."""
     path, images = folder / "index.json", []
     try:
         for entry in json.loads(path.read_bytes()):
@@ -231,8 +235,8 @@ def _images(folder: Path) -> list[Image]:
             content = path.read_bytes()
             if width := re.search(rb'<svg[^>]*\swidth="(\d+(?:\.\d+)?)pt"', content[:2000]):
                 share = round(min(1.0, float(width[1]) / _PAGE_WIDTH), 3)
-            if len(content) > _LARGE:
-                content, kind = path.with_suffix(".png").read_bytes(), "png"
+            if (bitmap := path.with_suffix(".png")).exists():
+                content, kind = bitmap.read_bytes(), "png"
             uri = f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
             images.append(Image(entry["name"], entry["caption"], uri, share))
     except (OSError, ValueError) as cause:

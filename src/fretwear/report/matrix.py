@@ -58,11 +58,10 @@ class Matrix(NamedTuple):
 
     @property
     def opening(self) -> Cell | None:
-        """The cell whose curve is shown first: opposite directions, else the strongest."""
-        rows = self.rows or self.ranks
-        clear = [cell for row in rows for cell in row.cells if cell.is_clear]
-        first = [cell for row in rows[:1] for cell in row.cells if cell.text != "–"]
-        return max(clear[:1] or first, key=lambda cell: (cell.is_opposed, cell.shade), default=None)
+        """The cell of the first result that another parameter turns round, or the strongest."""
+        first = [cell for row in (self.rows or self.ranks)[:1] for cell in row.cells]
+        shown = [cell for cell in first if cell.text != "–"]
+        return max(shown, key=lambda c: (c.is_clear, c.is_opposed, c.shade), default=None)
 
 
 def build_matrix(points: Points, effects: pd.DataFrame) -> Matrix:

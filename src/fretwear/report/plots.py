@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
-import plotly.graph_objects as go
 import xarray as xr
 from plotly.colors import sample_colorscale
 from plotly.subplots import make_subplots
@@ -25,10 +23,12 @@ from fretwear.data.effects import (
     varied_names,
 )
 from fretwear.data.files import MERGED_PROFILES
+from fretwear.figures.datasets import quantile_curves, study_curves
 from fretwear.report.matrix import factor_text
-from fretwear.results import CASE_ID, STATUS, PointStatus
-from fretwear.study.parameters import parameter, symbol_text, value_text
+from fretwear.results import CASE_ID, POINT, STATUS, PointStatus
+from fretwear.study.parameters import parameter, value_text, words_text
 from fretwear.units import NO_UNIT, Unit, axis_label, cycle_text, number_text, readable_unit
+from fretwear.variable import Variable
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 """Colours that the colour-blind tell apart (Okabe and Ito)."""
@@ -56,10 +56,10 @@ def rounded(values: Array) -> list[float | None]:
     return [float(f"{v:.{_DIGITS}g}") if np.isfinite(v) else None for v in numbers]
 
 
-def _log_ticks(values: Array) -> dict[str, object]:
-    """Return a logarithmic axis with ticks at decades, within about one also at 2 and 5."""
+def log_ticks(values: Array) -> dict[str, object]:
+    """Return a logarithmic axis with ticks at decades, or also at 2 and 5 if there are few."""
     low, high = np.log10(values.min()), np.log10(values.max())
-    digits = (1.0, 2.0, 5.0) if high - low < 1.5 else (1.0,)
+    digits = (1.0,) if math.floor(high) - math.ceil(low) > 1 else (1.0, 2.0, 5.0)
     ticks = [d * 10.0**k for k in range(math.floor(low), math.ceil(high) + 1) for d in digits]
     return {
         "type": "log",
@@ -73,16 +73,22 @@ def _is_wide(values: Array) -> bool:
     return bool(values.size and values.min() > 0.0 and values.max() > _WIDE * values.min())
 
 
+def _unit(variable: Variable, values: Array) -> Unit:
+    """Return the unit of an axis; a logarithmic one needs no power of ten in it."""
+    if _is_wide(values[np.isfinite(values)]):
+        return plain_unit(variable, values)
+    return variable.unit or readable_unit(values, variable.si_unit)
+
+
 def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict[str, object]:
     """A final result over a parameter, with a colour for each level of a second parameter.
 
     Thin lines are all combinations of the others, thick ones their geometric mean; the points of a
-    sample are dots. The figure is the JSON of plotly, which takes longer to check it than to draw.
+    sample are dots with the ids of their cases. The figure is the JSON of plotly, which takes
+    longer to check it than to draw.
     """
     variable, values = points.variables[result], points.results[result]
-    unit = variable.unit or readable_unit(values, variable.si_unit)
-    if _is_wide(values[np.isfinite(values)]):
-        unit = plain_unit(variable, values)  # a logarithmic axis needs no power of ten in its unit
+    unit = _unit(variable, values)
     of_cell = effects[(effects["result"] == result) & (effects["parameter"] == name)]
     parts = of_cell[of_cell["where"].map(len) > 0]
     others = [parameter for parameter in points.levels if parameter not in (name, SEED)]
@@ -94,7 +100,8 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
     if points.drawn:
         marker = {"size": 7, "color": COLOURS[0]}
         xs, ys = rounded(table["x"]), rounded(table["y"])
-        traces.append({"x": xs, "y": ys, "mode": "markers", "marker": marker})
+        dots: dict[str, object] = {"x": xs, "y": ys, "mode": "markers", "marker": marker}
+        traces.append(dots | {"customdata": [*map(str, table.index)]})
     else:
         table = table.sort_values("x", kind="stable")
         levels = points.levels[second] if second else ("",)
@@ -124,27 +131,69 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
         span = [-0.2, x[-1] + 0.2]
         of_x |= {"tickvals": x.tolist(), "ticktext": list(ticks), "range": span}
     elif _is_wide(x):
-        of_x |= _log_ticks(x)
+        of_x |= log_ticks(x)
     of_y: dict[str, object] = {**_AXIS, "rangemode": "tozero"}
     if _is_wide(y := table["y"].to_numpy()):
-        of_y |= _log_ticks(y)
+        of_y |= log_ticks(y)
     layout = {
-        **_LAYOUT,
-        "height": 390,
+        **_titled(variable, unit),
         "showlegend": bool(second) and not points.drawn,
         "legend": {
             "title": {"text": parameter(second).words if second else "", "side": "top"},
             "font": {"size": 12},
             "orientation": "h", "y": -0.24, "yanchor": "top", "x": 0,
         },
-        "title": {
-            "text": axis_label(variable.words, unit), "x": 0, "xref": "paper",
-            "font": {"size": 15},
-        },
         "xaxis": of_x,
         "yaxis": of_y,
     }  # fmt: skip
     return {"data": [{"type": "scatter", **trace} for trace in traces], "layout": layout}
+
+
+def _titled(variable: Variable, unit: Unit) -> dict[str, Any]:
+    """Return a layout with the words of a result as title."""
+    title = {"text": axis_label(variable.words, unit), "x": 0, "xref": "paper"}
+    return {**_LAYOUT, "height": 390, "title": title | {"font": {"size": 15}}}
+
+
+def courses(points: Points, history: xr.Dataset, result: str) -> dict[str, object]:
+    """A result of a sample over the cycles: its median over bands that hold 50 % and 80 %.
+
+    The ``curves`` of all points are under the ids of their cases, for the last trace, still empty.
+    """
+    variable, curves = points.variables[result], study_curves(history, result)
+    cycles, quantiles = quantile_curves(curves)
+    shown = cycles > 0.0
+    if is_wide := _is_wide(quantiles[quantiles > 0.0]):
+        shown &= quantiles[0] > 0.0
+    x, unit = cycles[shown], _unit(variable, quantiles[:, shown])
+    lowest, low, middle, high, highest = y = unit.of(quantiles[:, shown])
+    lines: list[dict[str, Any]] = [
+        {
+            "x": rounded(np.append(x, x[::-1])), "y": rounded(np.append(upper, lower[::-1])),
+            "fill": "toself", "fillcolor": "rgba(0,114,178,0.18)", "line": {"width": 0},
+            "hoverinfo": "skip",
+        }
+        for lower, upper in ((lowest, highest), (low, high))
+    ]  # fmt: skip
+    lines.append({"x": rounded(x), "y": rounded(middle), "name": "median"})
+    lines.append({"x": [], "y": []})
+    for line, color in zip(lines[2:], COLOURS, strict=False):
+        line["line"] = {"color": color, "width": 3}
+    layout = {
+        **_titled(variable, unit),
+        "showlegend": False,
+        "xaxis": {**_AXIS, "title": {**_AXIS["title"], "text": "Cycle"}, **log_ticks(x)},
+        "yaxis": {**_AXIS, "rangemode": "tozero"} | (log_ticks(y) if is_wide else {}),
+    }
+    of_points, ids = {}, history[CASE_ID.name].values
+    for curve in curves:
+        x, y = curve.cycles[curve.cycles > 0.0], unit.of(curve.values[curve.cycles > 0.0])
+        of_points[str(ids[curve.place[POINT.name]])] = {"x": rounded(x), "y": rounded(y)}
+    return {
+        "data": [{**line, "mode": "lines"} for line in lines],
+        "layout": layout,
+        "curves": of_points,
+    }
 
 
 def _line(x: object, y: object, color: str, width: int, dots: int) -> dict[str, object]:
@@ -162,12 +211,6 @@ def _places(points: Points, name: str) -> tuple[Array, Unit | Sequence[str]]:
     return np.arange(len(levels), dtype=np.float64), [value_text(name, level) for level in levels]
 
 
-def _symbol_html(name: str, value: object) -> str:
-    """Return symbol and value in the HTML of plotly."""
-    text = re.sub(r"_(?:\\mathrm\{(\w+)\}|(\w))", r"<sub>\1\2</sub>", symbol_text(name, value))
-    return text.replace("$", "").replace(r"^\prime", "′")
-
-
 def _mean(values: pd.Series[float]) -> float:
     """Return the geometric mean, in agreement with factors; the mean if a value is zero."""
     return float(np.exp(np.log(values).mean()) if (values > 0.0).all() else values.mean())
@@ -180,11 +223,12 @@ def _colours(count: int) -> Sequence[str]:
     return list(sample_colorscale("Cividis", np.linspace(0, 0.95, count)))
 
 
-def explorer(summary: xr.Dataset) -> go.Figure | None:
-    """Draw profiles of two cases side by side: menus choose the cases, a slider the cycle.
+def explorer(summary: xr.Dataset) -> dict[str, Any] | None:
+    """Draw profiles of two cases side by side, with a slider for the cycle.
 
-    The cycle chosen is drawn thick and all others thin. At most 36 cases, evenly spread, can be
-    chosen. A single case has none.
+    The cycle chosen is drawn thick and all others thin. The ``cases`` to choose from, by their
+    varied values, hold the traces of one side: at most 36 cases, evenly spread. A single case has
+    no explorer.
     """
     cases = _profiles(summary)
     if len(cases) < 2:
@@ -216,18 +260,6 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
         title: {"x": [curves["x"]] * each, "y": [row for name in EXPLORED for row in curves[name]]}
         for title, curves in cases.items()
     }
-    menus = []
-    for side, shown in enumerate(sides):
-        changed = list(range(side * each, (side + 1) * each))
-        buttons = [
-            {"label": title, "method": "restyle", "args": [content, changed]}
-            for title, content in contents.items()
-        ]
-        menus.append({
-            "buttons": buttons, "active": titles.index(shown),
-            "x": side * 0.52, "xanchor": "left", "y": 1.03, "yanchor": "bottom",
-            "font": {"size": 12}, "bgcolor": "#ffffff", "bordercolor": "#d5dae0",
-        })  # fmt: skip
     steps = [
         {
             "label": cycle_text(cycle),
@@ -244,8 +276,8 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
         "pad": {"t": 50},
     }
     figure.update_layout(
-        _LAYOUT, height=820, hovermode="closest", margin={**_LAYOUT["margin"], "t": 60},
-        updatemenus=menus, sliders=[slider] if len(steps) > 1 else [],
+        _LAYOUT, height=780, hovermode="closest", margin={**_LAYOUT["margin"], "t": 10},
+        sliders=[slider] if len(steps) > 1 else [],
     )  # fmt: skip
     figure.update_xaxes(_AXIS)
     figure.update_yaxes(_AXIS)
@@ -253,7 +285,7 @@ def explorer(summary: xr.Dataset) -> go.Figure | None:
     for row, name in enumerate(EXPLORED, 1):
         figure.update_yaxes(title_text=labels[name], row=row, col=1)
     figure.update_yaxes(autorange="reversed", row=len(EXPLORED))
-    return figure
+    return {**figure.to_plotly_json(), "cases": contents}
 
 
 def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list[Any]]]:
@@ -276,7 +308,7 @@ def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list[Any]]]:
         reach = 1.15 * np.abs(x[touched]).max(initial=0.0)
         drawn = np.flatnonzero(np.abs(x) <= reach)
         drawn = drawn[:: -(-len(drawn) // _MOST_PLACES) or 1]
-        words = [_symbol_html(name, values[place]) for name, values in varied.items()]
+        words = [words_text(name, values[place]) for name, values in varied.items()]
         title = ", ".join(words) or str(ids[place])
         title += f" ({place + 1})" if title in cases else ""
         cases[title] = {"x": rounded(x[drawn])} | {n: c[:, drawn] for n, c in curves.items()}
