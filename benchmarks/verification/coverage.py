@@ -5,7 +5,6 @@ import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from benchmarks.pages import Check, Data, Section, table
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from fretwear import Case
 from fretwear.results import RESULTS, SCALARS
-from fretwear.run.simulate import simulate
+from fretwear.run.simulate import run as run_case
 from fretwear.study.case_warnings import LARGE_ERROR
 from fretwear.study.plan import estimate
 
@@ -27,7 +26,7 @@ FAMILIES = {
     "rough capped": 8, "line": 5, "rough line": 8, "punch": 5, "stroke": 5,
     "displacement": 5, "debris": 3,
 }  # fmt: skip
-SEED = 20263
+SEED = 20267
 # The indenter of the cases of a family, if not a sphere; and the families that are rough.
 LINES = {
     "line": range(5), "rough line": range(8), "punch": (0, 1), "stroke": (0, 1, 3),
@@ -146,24 +145,21 @@ def measured(name: str, case: Case, true: Case) -> Data:
     The truth has the same slip model, so that the printed error of that model is left out.
     """
     began = time.process_time()
-    with patch("fretwear.run.simulate.model_errors", lambda _, __, errors: errors):
-        found = simulate(case.replace(output_cycles=CYCLES), quarter=True)
+    found = run_case(case.replace(output_cycles=CYCLES))
     seconds = time.process_time() - began
     finer = case.tolerance / (1.0 if case.has_equal_cells else FINER)
     exact = true.replace(output_cycles=CYCLES, error_estimate=False, tolerance=finer)
-    truth = simulate(exact, quarter=True)
+    truth = run_case(exact).dataset
     print(f"{name}: {seconds:.1f} s, in all {time.process_time() - began:.0f} s", flush=True)
-    names = [each for each in JUDGED if each in truth and f"{each}_error" in found]
-    columns = {
-        "result": {each: found[each] for each in names},
-        "estimate": {each: found[f"{each}_error"] for each in names},
-        "truth": {each: truth[each] for each in names},
-    }
+    names = [each for each in JUDGED if each in truth and each in found.errors]
+    columns = {"result": found.dataset, "estimate": found.errors, "truth": truth}
     texts = {
-        key: {each: " ".join(f"{v:.6g}" for v in column.values) for each, column in of.items()}
+        key: {each: " ".join(f"{v:.6g}" for v in np.asarray(of[each])) for each in names}
         for key, of in columns.items()
     }
-    told = [text for text in found.attrs["warnings"].splitlines() if "elongated" not in text]
+    told = [
+        text for text in found.dataset.attrs["warnings"].splitlines() if "elongated" not in text
+    ]
     return {"seconds": time.process_time() - began, "told": bool(told), **texts}
 
 
@@ -257,7 +253,9 @@ def text(data: Data) -> str:
 {_range(LOADS_OF_LINE)} N/mm, friction 0.3 to 0.8, waves of {_range(AMPLITUDES)} µm, plastic limits of {_range(LIMITS)} p0, strokes of
 {_range(STROKES)} µm, displacements up to {MOST_OF_TRANSITION:g} U_t, and debris fractions of {_range(DEBRIS)}. Each runs on default cells (`accuracy: none`); the
 true values come from cells {REFERENCE:g} times narrower. A result is a scalar at one of four cycles; "estimate / true" is a median. The margins of
-the estimate were chosen on 60 other cases. The largest errors are plastic volumes and late energies of rough contacts.
+the estimate were chosen on other cases. Errors are those of cells and steps: the truth has the same slip model. The error of this model is a
+bias of known size, measured against friction as a vector on the same cells, and printed errors add it as a square. The largest errors are
+plastic volumes and late energies of rough contacts.
 
 {of_each}
 

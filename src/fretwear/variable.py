@@ -45,7 +45,9 @@ class SlidingRegime(IntEnum):
 
 
 # What the discretisation error of a scalar comes from; `fretwear.run.errors` has the rules.
-ErrorKind: TypeAlias = Literal["whole", "edge", "volume", "depth", "cycle", "life", "peak"]
+ErrorKind: TypeAlias = Literal[
+    "whole", "edge", "stick", "scar", "plastic", "volume", "depth", "cycle", "life", "peak"
+]
 
 
 @dataclass(frozen=True)

@@ -307,6 +307,25 @@ def test_cells_resolve_the_narrow_side_of_slip(ratio, friction, stress, expected
     assert low / usual == near(part, rel=0.01)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("ratio", "friction", "stress"), [(0.4, 0.6, 0.286), (0.55, 0.45, 0.25)])
+def test_cells_resolve_the_narrow_side_while_it_wears(ratio, friction, stress):
+    """At every cycle to 1 % of quarter cells, and the wide side to a fifth of that."""
+    given = {"indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "200 N/mm"}
+    given |= {"youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "wear_coefficient": "7e-13 / Pa"}
+    given |= {"friction": friction, "tangential_ratio": ratio, "cycles": 1000}
+    case = fretwear.Case(**given, output_cycles=[10, 100], error_estimate=False)
+    case = case.replace(bulk_stress=stress * case.hertz_pressure)
+    depths = []
+    for each in (case, case.replace(cell=case.grid_spacing[0] / 4.0)):
+        wear = run(each).dataset.wear_depth.sel(cycle=[10, 100, 1000])
+        depths.append([wear.where(side).max("x") for side in (wear.x < 0.0, wear.x > 0.0)])
+    narrow, wide = np.array(depths[0]) / np.array(depths[1]) - 1.0
+    assert np.abs(narrow).max() < 0.01
+    assert np.abs(wide).max() < 0.002
+    assert (np.array(depths[1][0]) < 0.4 * np.array(depths[1][1])).all()
+
+
 def test_the_scar_of_a_cylinder_is_deeper_on_one_side():
     problem = cylinder(0.286, cells=40)
     *_, state = evolve(problem, [2.0 / (problem.wear_growth * LINE.peak_pressure)])

@@ -10,15 +10,7 @@ from fretwear.mechanics.contact.problem import Accuracy, ContactError
 from fretwear.mechanics.slip.models import Jaeger
 from fretwear.mechanics.surfaces.roughness import WavyRoughness
 from fretwear.run import progress
-from fretwear.run.errors import (
-    EDGE,
-    LIFE,
-    MARGINS,
-    STEPS,
-    cell_errors,
-    summed_errors,
-    wear_in_errors,
-)
+from fretwear.run.errors import MARGINS, cell_errors, wear_in_errors
 from fretwear.run.progress import progress_bar
 from fretwear.run.simulate import ResultWarning, Step, run, simulate, steps
 from fretwear.theory import HertzContact, PartialSlip
@@ -270,67 +262,79 @@ def test_a_twin_that_fails_is_told_and_leaves_the_run_as_it_is():
     np.testing.assert_array_equal(dataset.wear_depth, alone.wear_depth)
 
 
-def estimates(deviations, times=2.0, values=None, name="approach", unresolved=0.0):
+def estimates(deviations, times=2.0, values=None, name="approach", unresolved=0.0, **changes):
     """Estimates of a scalar, 1 by default, whose twin deviates at the snapshots as given."""
     values = np.array(values or [1.0] * len(deviations))
     runs = {name: values}, {name: values - deviations}
-    return cell_errors(make(), *runs, times, np.full(values.size, unresolved))[name]
+    return cell_errors(make(**changes), *runs, times, np.full(values.size, unresolved))[name]
 
 
-def test_an_estimate_takes_what_two_runs_usually_differ_by():
-    (usual,) = estimates([1e-3])
-    assert usual == near(MARGINS["whole"] * 1e-3 / np.sqrt(3.0))
-    # Runs that agree by chance are nearly as accurate as usual, and a hard snapshot stands alone.
-    assert estimates([1e-3, 0.0, 1e-3, 1e-3])[1] == near(usual * np.sqrt(3.0 / 4.0))
-    *easy, hard = estimates([1e-3, 1e-3, 0.1])
-    assert hard == near(100.0 * usual)
-    assert easy == near([hard / np.sqrt(3.0)] * 2, rel=1e-3)
+def test_an_estimate_takes_what_two_runs_differ_by_at_a_snapshot_and_usually():
+    apart, usual, *_ = MARGINS["whole"]
+    assert estimates([1e-3]) == near(np.hypot(apart, usual) * 1e-3 / np.sqrt(3.0))
+    # Runs that agree by chance err as they usually do, and a hard snapshot counts most.
+    *easy, hard = estimates([0.0, 0.0, 0.1], tolerance=1e-5)
+    assert easy == near([usual * 0.1 / 3.0] * 2, rel=1e-4)
+    assert hard == near(0.1 * np.hypot(apart, usual / np.sqrt(3.0)) / np.sqrt(3.0), rel=1e-4)
     # What has just begun says nothing of the errors of the end.
-    assert estimates([2e-4, 1e-3], values=[4e-4, 1.0]) == near([0.2 * usual, usual], rel=0.03)
+    _, large = estimates([1e-3, 1e-3], values=[1e-2, 1.0], tolerance=1e-5)
+    assert large == near(np.hypot(apart, usual * np.sqrt(2.0)) * 1e-3 / np.sqrt(3.0), rel=1e-3)
     # The wider the cells of the twin, the less of the difference counts.
-    assert estimates([1e-3], 3.0)[0] == near(usual * np.sqrt(3.0 / 8.0))
+    assert estimates([1e-3], 3.0)[0] == near(estimates([1e-3])[0] * np.sqrt(3.0 / 8.0))
     # What is missing has no error.
     assert np.isnan(estimates([0.0, 1e-3], values=[np.nan, 1.0])[0])
 
 
 def test_edges_steps_and_peaks_are_uncertain_even_where_runs_agree():
-    case = make()
-    least = EDGE * case.width_at_edges / case.hertz_radius
-    np.testing.assert_allclose(estimates([0.0, 0.0], name="stick_area"), least)
+    case, _, _, cells, steps, _ = make(), *MARGINS["edge"]
+    cell = case.width_at_edges / case.hertz_radius
+    at_first, later = estimates([0.0, 0.0], name="stick_area")
+    assert at_first == near(cells * cell)
+    # Cells and steps may err in opposite directions, so that run and twin agree.
+    assert later == near(np.hypot(at_first, steps * case.tolerance))
+    life = estimates([0.0, 0.0], values=[np.nan, 7.0], name="worn_through_cycle")[1]
+    assert life == near(7.0 * MARGINS["life"].steps * case.tolerance)
     np.testing.assert_allclose(estimates([0.0], name="peak_pressure", unresolved=0.5), 0.5)
     assert estimates([0.0], name="peak_pressure", unresolved=np.inf)[0] == np.inf
-    # Cells and steps may err in opposite directions, so that run and twin agree.
-    first, last = estimates([0.0, 0.0], name="wear_volume")
-    assert (first, last) == (0.0, near(STEPS * case.tolerance))
-    assert estimates([0.0], name="worn_through_cycle")[0] == near(LIFE * case.tolerance)
 
 
-def test_an_energy_that_has_fallen_follows_the_time_in_which_it_falls():
-    """E = E₀ exp(−N/T) for N = 2T, on cells of a/100, which miss T by a tenth."""
+def test_edges_of_rough_contacts_are_uncertain_by_cells_over_a_quarter_of_a_wave():
+    case = make(roughness=ROUGH)
+    wave = min(case.roughness.finest)
+    expected = MARGINS["edge"].cells * 4.0 * case.width_at_edges / wave
+    assert estimates([0.0], name="stick_area", roughness=ROUGH)[0] == near(expected)
+
+
+def test_wear_usually_errs_as_the_energies_that_it_adds_up():
+    one, names = np.ones(2), ("dissipated_energy", "wear_volume")
+    runs = dict.fromkeys(names, one), {"dissipated_energy": 1.1 * one, "wear_volume": one}
+    found = cell_errors(make(), *runs, 2.0, 0.0 * one)["wear_volume"]
+    np.testing.assert_allclose(found, MARGINS["volume"].usual * (0.1 / 1.1) / np.sqrt(3.0))
+
+
+def test_late_results_follow_the_time_in_which_load_leaves_the_slip_zone():
+    """The load outside the stick zone falls to 1/e² of the whole, on cells of a/100."""
     case = make_case(roughness=None)
     case = case.replace(cell=case.hertz_radius / 100.0, slip_model="coupled")
-    energy = np.array([1.0, 3.0, 3.0 * np.exp(-2.0)])
-    names = ("dissipated_energy", "wear_volume")
-    runs = dict.fromkeys(names, energy), dict.fromkeys(names, np.zeros(3))
-    found = wear_in_errors(case, *runs)
-    np.testing.assert_allclose(found["dissipated_energy"] / energy, [0.0, 0.0, 0.17])
-    assert not found["wear_volume"].any()
+    share = np.array([0.2, 0.0, 1.0 - np.exp(-2.0)])
+    names = ("dissipated_energy", "contact_area")
+    scalars = dict.fromkeys(names, np.full(3, 3.0)) | {"stick_load_share": share}
+    exact = dict.fromkeys(names, np.zeros(3))
+    found = wear_in_errors(case, scalars, exact)
+    late = 3.0 * MARGINS["cycle"].worn * 0.1 * (1.0 - np.exp(-2.0)) ** 2 * 2.0
+    np.testing.assert_allclose(found["dissipated_energy"], [0.0, 0.0, late])
+    assert not found["contact_area"].any()
     falling = case.replace(friction={"cycles": [0, 100], "values": [0.6, 0.3]})
-    assert not wear_in_errors(falling, *runs)["dissipated_energy"].any()
+    assert not wear_in_errors(falling, scalars, exact)["dissipated_energy"].any()
 
 
-def test_wear_is_as_uncertain_as_the_energies_that_it_adds_up():
-    """Each part of the wear errs by the share by which the energies at its ends err together."""
-    energy, exact = np.array([1.0, 1.0, 0.1, 0.1]), np.zeros(4)
-    volume, depth = np.array([0.0, 8.0, 9.0, 10.0]), np.array([0.0, 2.0, 2.0, 2.0])
-    found = summed_errors(
-        {"dissipated_energy": energy, "wear_volume": volume, "maximum_wear_depth": depth},
-        {"dissipated_energy": np.array([0.0, 0.0, 0.055, 0.055])}
-        | dict.fromkeys(("wear_volume", "maximum_wear_depth", "approach"), exact),
-    )
-    np.testing.assert_allclose(found.pop("wear_volume"), [0.0, 0.0, 0.05, 0.6])
-    np.testing.assert_array_equal(found.pop("maximum_wear_depth"), exact)
-    assert not found
+def test_errors_of_the_slip_model_are_told_with_those_of_cells_and_apart():
+    found = run(make(slip_model="cerruti", cycles=10, output_cycles=[0]))
+    for name in ("dissipated_energy", "wear_volume", "approach"):
+        of_model = (1.0 - 1.0 / make().coupling) ** 2 / 8.0 * found.dataset[name]
+        of_model = 0.0 * of_model if name == "approach" else of_model
+        written = found.dataset[f"{name}_error"]
+        np.testing.assert_allclose(written, np.hypot(found.errors[name], of_model), rtol=0.05)
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""Errors of results: one rule for a run and its twin on wider cells, one margin for each kind.
+"""Errors of results: one rule for a run and its twin on wider cells, margins for each kind.
 
 Where the cells of the twin are k times wider and its tolerance is k² times larger, results differ
 by k − 1 times the error of the run if errors grow with the width of a cell, and by √(k² + 1) times
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,25 +21,32 @@ from fretwear.variable import ErrorKind
 ScalarValues: TypeAlias = dict[str, NDArray[np.float64]]
 """Values at the snapshots by name, each of shape (n,)."""
 
-MARGINS: dict[ErrorKind, float] = {
-    "whole": 1.8, "edge": 2.2, "volume": 1.0, "depth": 1.4, "cycle": 1.0, "life": 1.8,
-    "peak": 2.0
-}  # fmt: skip
-"""Printed errors over the difference of both runs and √(k² − 1). Chosen by `coverage` of
-`benchmarks.verification`, so that 95 % of the true errors are smaller."""
 
-EDGE = 0.1
-"""Least error of an edge, in cells: it may cut the same part of a cell in both runs."""
+class Margins(NamedTuple):
+    """Parts of an estimated error, which add as squares; the last three relative to the value."""
 
-STEPS = 0.06
-"""Least error of what steps add up or move, over the tolerance: cells and steps may err in opposite
-directions."""
+    apart: float  # over the difference of both runs and √(k² − 1)
+    usual: float  # likewise, for their root mean square difference over all snapshots
+    cells: float = 0.0  # over h/a or 4 h/λ: an edge may cut the same part of a cell in both runs
+    steps: float = 0.0  # over the tolerance: cells and steps may err in opposite directions
+    worn: float = 0.0  # over √(h/a) (1 − 1/f)² ln f; see `wear_in_errors`
 
-LIFE = 0.4
-"""Least error of the cycle at which a depth is reached, over the tolerance: steps err alike."""
 
-WEAR_IN = 0.85
-"""Error of the time in which a contact wears in, over √(h/a)."""
+MARGINS: dict[ErrorKind, Margins] = {
+    "whole": Margins(0.9, 0.7, steps=0.02, worn=0.015),
+    "edge": Margins(1.15, 2.15, cells=0.04, steps=0.02),
+    "stick": Margins(1.35, 0.85, cells=0.06, worn=0.16),
+    "scar": Margins(1.1, 0.2, cells=0.02, steps=0.03),
+    "plastic": Margins(2.0, 2.0, cells=0.15, steps=0.05),
+    "volume": Margins(1.6, 0.4, worn=0.055),
+    "depth": Margins(0.75, 0.9, cells=0.03, steps=0.06, worn=0.1),
+    "cycle": Margins(1.5, 0.3, steps=0.02, worn=0.6),
+    "life": Margins(1.3, 1.3, steps=0.4),
+    "peak": Margins(2.0, 0.0),
+}
+"""Chosen by `coverage` of `benchmarks.verification`: 95 % of the true errors are smaller."""
+
+_LEAST_LOAD = 1e-3  # outside the stick zone, over the whole load
 
 
 def columns_of(rows: Sequence[Mapping[str, float]]) -> ScalarValues:
@@ -60,77 +67,66 @@ def cell_errors(
     that of the cells by the part ``unresolved``, shape (n,). The estimates have the same names,
     shapes and units.
 
-    Two runs may agree by chance at one snapshot. Their difference therefore counts as no smaller a
-    part of a value than over all snapshots, as root mean squares. A value missing in one of the two
-    runs, NaN, counts as zero; if the run itself has none, there is no error.
+    Two runs may agree by chance at one snapshot. What they differ by over all snapshots, as root
+    mean squares and relative to the value, therefore counts too. Wear adds up dissipated energy, so
+    that it usually errs as this does. A value missing in one of the two runs, NaN, counts as zero;
+    if the run itself has none, there is no error.
     """
     errors: ScalarValues = {}
+    waves = (4.0 * min(each.finest) / each.cells for each in case.surfaces.values())
+    cell = case.width_at_edges / min(case.hertz_radius, *waves)
     for name, values in scalars.items():
         kind = RESULTS[name].error_kind
-        own, wider = (np.nan_to_num(np.abs(run)) for run in (values, twin[name]))
-        apart, size = np.abs(own - wider), np.maximum(own, wider)
-        usual = size * (np.linalg.norm(apart) / (np.linalg.norm(size) or 1.0))
-        part = MARGINS[kind] / math.sqrt(times**2 - 1.0)
-        error = part * np.maximum(apart, usual)
-        if kind == "edge":
-            error = np.maximum(error, EDGE * case.width_at_edges / case.hertz_radius * own)
-        if kind in ("edge", "volume", "depth", "cycle"):
-            error[1:] = np.maximum(error[1:], STEPS * case.tolerance * own[1:])
-        elif kind == "life":
-            error = np.maximum(error, LIFE * case.tolerance * own)
-        elif kind == "peak":
+        margins = MARGINS[kind]
+        source = "dissipated_energy" if kind in ("volume", "depth") else name
+        apart, size = _apart(scalars[source], twin[source])
+        usual = np.linalg.norm(apart) / (np.linalg.norm(size) or 1.0)
+        apart, size = _apart(values, twin[name])
+        parts = [
+            np.hypot(margins.apart * apart, margins.usual * usual * size) / math.sqrt(times**2 - 1),
+            margins.cells * cell * np.abs(values),
+            margins.steps * case.tolerance * np.abs(values) * (np.arange(values.size) > 0),
+        ]
+        if kind == "peak":
             # The cell with the peak changes, and tells nothing of the others.
-            error = np.hypot(part * apart, unresolved * own)
-        errors[name] = np.where(np.isnan(values), np.nan, error)
+            parts.append(unresolved * np.abs(values))
+        errors[name] = np.linalg.norm(parts, axis=0)
     return errors
 
 
+def _apart(values: NDArray[np.float64], twin: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Difference and size of two runs, shape (2, n)."""
+    own, wider = (np.nan_to_num(np.abs(run)) for run in (values, twin))
+    return np.array([np.abs(own - wider), np.maximum(own, wider)])
+
+
 def wear_in_errors(case: Case, scalars: ScalarValues, errors: ScalarValues) -> ScalarValues:
-    """Return errors with the least ones of results that fade while a contact wears in.
+    """Return errors with those of results that follow the wear beside the stick edge.
 
-    Two runs may agree by chance while both miss the time T of e^(-N/T). The last wear is beside the
-    stick edge, where the pressure of elastic bodies rises with the inverse root of the distance, so
-    cells of a width h resolve it to the order √(h/a), which narrower cells reduce slowly. A result
-    that has fallen by a factor f errs by about √(h/a) ln f, unless it falls with friction, or from
-    block to block of a loading.
+    While a contact wears in, the load outside the stick zone falls by a factor f with time as
+    e^(-N/T), and wear moves to the stick edge. There the pressure of elastic bodies rises with the
+    inverse root of the distance, so that cells of a width h resolve it to the order √(h/a), which
+    narrower cells reduce slowly. T errs alike, and ln f with it: at first only in a small part of
+    the load and of the wear, hence (1 − 1/f)². Where forces or friction change too, the load says
+    nothing of the wear.
     """
-    complete = dict(errors)
-    falls_otherwise = case.blocks or case.friction_law.least < case.friction_law.coefficient
-    of_time = WEAR_IN * math.sqrt(case.width_at_edges / case.hertz_radius)
-    for name in () if falls_otherwise else errors:
-        if RESULTS[name].error_kind == "cycle":
-            size = np.abs(scalars[name])
-            highest = np.maximum.accumulate(np.maximum(size, np.finfo(np.float64).tiny))
-            fallen = np.log(highest / np.where(size > 0.0, size, highest))
-            complete[name] = np.maximum(errors[name], of_time * fallen * size)
-    return complete
-
-
-def summed_errors(scalars: ScalarValues, errors: ScalarValues) -> ScalarValues:
-    """Return the least errors of wear that follow from those of the dissipated energy.
-
-    Wear adds up this energy with its errors: those between two snapshots contribute in proportion
-    to the wear between them. Two runs may differ by less, since both err in one direction while
-    wear slowly continues beside the stick edge.
-    """
-    at_ends = (np.nan_to_num(np.abs(table["dissipated_energy"])) for table in (scalars, errors))
-    energy, apart = (end + np.concatenate([end[:1], end[:-1]]) for end in at_ends)
-    share = np.divide(apart, energy, out=np.zeros_like(apart), where=energy > 0.0)
+    if not case.force_is_held or case.friction_law.least < case.friction_law.coefficient:
+        return dict(errors)
+    slipping = np.maximum(1.0 - np.nan_to_num(scalars["stick_load_share"]), _LEAST_LOAD)
+    left = slipping / np.maximum.accumulate(slipping)
+    worn = math.sqrt(case.width_at_edges / case.hertz_radius) * (1.0 - left) ** 2 * -np.log(left)
     return {
-        name: np.cumsum(share * np.diff(np.abs(scalars[name]), prepend=0.0))
-        for name in errors
-        if RESULTS[name].error_kind in ("volume", "depth")
+        name: np.hypot(error, MARGINS[RESULTS[name].error_kind].worn * worn * np.abs(scalars[name]))
+        for name, error in errors.items()
     }
 
 
-def model_errors(case: Case, scalars: ScalarValues, errors: ScalarValues) -> ScalarValues:
-    """Return errors with those of the slip model, which narrower cells do not reduce."""
+def model_errors(case: Case, scalars: ScalarValues) -> ScalarValues:
+    """Return the errors of the slip model, which narrower cells do not reduce."""
     directions = np.array([case.cells.error_of_directions(cycle) for cycle in case.output_cycles])
-    complete = dict(errors)
-    for name in errors:
-        kind, size = RESULTS[name].error_kind, np.abs(scalars[name])
-        if kind in ("volume", "depth", "cycle"):
-            complete[name] = np.hypot(errors[name], case.cells.error_of_slip_model * size)
-        if kind == "depth":
-            complete[name] = complete[name] + directions * size
-    return complete
+    of_all = case.cells.error_of_slip_model
+    of_kind = {"volume": of_all, "cycle": of_all, "depth": of_all + directions}
+    return {
+        name: of_kind.get(RESULTS[name].error_kind, 0.0) * np.abs(values)
+        for name, values in scalars.items()
+    }

@@ -26,14 +26,13 @@ from fretwear.mechanics.wear.measures import (
 )
 from fretwear.mechanics.wear.state import State, Workspace
 from fretwear.mechanics.wear.stroke import StrokeState
-from fretwear.results import CONTACT_SPOTS, STICK_SPOTS, SYMMETRIES
+from fretwear.results import CONTACT_SPOTS, RESULTS, STICK_SPOTS, SYMMETRIES
 from fretwear.run.accuracy import GridRun, next_width, relative_errors, unreached
 from fretwear.run.errors import (
     ScalarValues,
     cell_errors,
     columns_of,
     model_errors,
-    summed_errors,
     wear_in_errors,
 )
 from fretwear.run.fields import snapshot_fields
@@ -98,6 +97,7 @@ class Result(NamedTuple):
     dataset: xr.Dataset  # of the case
     history: xr.Dataset  # scalars at every step
     loops: xr.Dataset  # force and displacement round a cycle at the snapshots
+    errors: ScalarValues  # estimates at the snapshots, of cells and steps but not the slip model
 
 
 def simulate(
@@ -197,7 +197,7 @@ class _Computed:
     workspace: Workspace
     rounds: Sequence[GridRun]  # this run, after those on wider cells
     scalars: ScalarValues
-    errors: ScalarValues
+    errors: ScalarValues  # estimates of those of cells and steps
     trouble: str  # why requested errors are missing
 
 
@@ -235,13 +235,11 @@ def _run_on_cells(
     if wider and not trouble:
         bounds = np.array([largest_pressure(each.problem, each.state) for each in measures])
         unresolved = np.maximum(bounds / scalars["peak_pressure"], 1.0) - 1.0
-        errors = cell_errors(case, scalars, columns_of(wider), times, unresolved)
-        late = wear_in_errors(case, scalars, errors)
-        for name, summed in summed_errors(scalars, late).items():
-            errors[name] = late[name] = np.maximum(errors[name], summed)
-    finished = GridRun(width, rows, relative_errors(scalars, errors), record.work)
-    if errors:
-        errors = model_errors(case, scalars, late)
+        early = cell_errors(case, scalars, columns_of(wider), times, unresolved)
+        errors = wear_in_errors(case, scalars, early)
+    # Narrower cells hardly reduce errors of the energies of late cycles.
+    reducible = {n: early[n] if RESULTS[n].error_kind == "cycle" else e for n, e in errors.items()}
+    finished = GridRun(width, rows, relative_errors(scalars, reducible), record.work)
     return _Computed(case, workspace, [*record.rounds, finished], scalars, errors, trouble)
 
 
@@ -259,6 +257,7 @@ def _labelled(
     axes = case.frame.axes
     even = tuple(axis in axes and is_even for axis, is_even in zip("xy", plane.even, strict=True))
     cycles = [state.cycle for state in snapshots]
+    of_model = model_errors(case, computed.scalars)
     dataset = case_dataset(
         asked,
         plane.x,
@@ -266,7 +265,7 @@ def _labelled(
         cycles,
         snapshot_fields(computed.workspace, snapshots),
         computed.scalars,
-        computed.errors,
+        {name: np.hypot(error, of_model[name]) for name, error in computed.errors.items()},
         computed=case,
         trouble=computed.trouble,
         unreached=unreached(asked, computed.rounds),
@@ -288,6 +287,7 @@ def _labelled(
         dataset,
         history_dataset(history, case.frame),
         loops_dataset(cycles, curves, case.frame),
+        computed.errors,
     )
 
 

@@ -212,7 +212,7 @@ class Measures:
         symbol="$b_x$",
         unit="µm",
         from_zero=False,
-        error_kind="edge",
+        error_kind="scar",
     )
     def scar_half_width_x(self) -> float:
         """Half the extent over all lines, where the scar is deeper than 1 % of its maximum."""
@@ -225,7 +225,7 @@ class Measures:
         unit="µm",
         from_zero=False,
         across=True,
-        error_kind="edge",
+        error_kind="scar",
     )
     def scar_half_width_y(self) -> float:
         """Half the extent over all lines, where the scar is deeper than 1 % of its maximum."""
@@ -267,7 +267,7 @@ class Measures:
         symbol=r"$\bar{p}_\mathrm{stick}$",
         unit="MPa",
         may_lack=True,
-        error_kind="edge",
+        error_kind="stick",
     )
     def mean_stick_pressure(self) -> float:
         """Load over area, with edges located within cells; NaN where nothing sticks."""
@@ -279,7 +279,7 @@ class Measures:
         symbol=r"$P_\mathrm{stick}/P$",
         unit="%",
         may_lack=True,
-        error_kind="edge",
+        error_kind="stick",
     )
     def stick_load_share(self) -> float:
         """With edges located within cells; NaN where nothing sticks."""
@@ -319,7 +319,7 @@ class Measures:
         """Of both bodies together since cycle 0."""
         return float(self.state.wear.max())
 
-    @scalar("m3", "plastic volume", error_kind="edge")
+    @scalar("m3", "plastic volume", error_kind="plastic")
     def plastic_volume(self) -> float:
         """Displaced since cycle 0."""
         return self.state.geometry.integral(self.state.plastic)
