@@ -248,8 +248,10 @@ def text(data: Data) -> str:
          "above 5 %, not warned"],
         lines,
     )  # fmt: skip
+    left_out = sum(FAMILIES.values()) - len(everything)
+    without = f" ({left_out} more, which take longest, are left out)" if left_out else ""
     return f"""\
-{len(everything)} cases of {BASE["cycles"]} cycles drawn at random: X = {_range(RATIOS)}, radii of {_range(RADII)} mm, {_range(LOADS)} N or
+{len(everything)} cases of {BASE["cycles"]} cycles drawn at random{without}: X = {_range(RATIOS)}, radii of {_range(RADII)} mm, {_range(LOADS)} N or
 {_range(LOADS_OF_LINE)} N/mm, friction 0.3 to 0.8, waves of {_range(AMPLITUDES)} µm, plastic limits of {_range(LIMITS)} p0, strokes of
 {_range(STROKES)} µm, displacements up to {MOST_OF_TRANSITION:g} U_t, and debris fractions of {_range(DEBRIS)}. Each runs on default cells (`accuracy: none`); the
 true values come from cells {REFERENCE:g} times narrower. A result is a scalar at one of four cycles; "estimate / true" is a median. The margins of
