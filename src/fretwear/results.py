@@ -167,10 +167,11 @@ def headlines(names: Container[str]) -> list[str]:
     return [name for name in there if name in names]
 
 
-def scalars_of(frame: ContactFrame) -> tuple[Variable, ...]:
-    """Return the scalars of a point or a line contact."""
+def scalars_of(frame: ContactFrame, names: Container[str] = ()) -> tuple[Variable, ...]:
+    """Return the scalars of a point or a line contact, and the optional ones with these names."""
     there = (scalar for scalar in SCALARS if Y.name in frame.axes or not scalar.across)
-    return tuple(scalar.in_frame(frame) for scalar in there)
+    of_some = (scalar for scalar in OPTIONAL_SCALARS if scalar.name in names)
+    return tuple(scalar.in_frame(frame) for scalar in (*there, *of_some))
 
 
 def contact_frame(names: Iterable[object]) -> ContactFrame:

@@ -190,3 +190,32 @@ def test_a_wear_volume_begins_at_the_first_cycle_in_proportion_to_the_energy(smo
     )
     assert later.cycles[:3].tolist() == [0.0, 1.0, 10.0]
     np.testing.assert_allclose(later.values[1], curve.values[1], rtol=1e-3)
+
+
+def test_lives_of_coatings_stand_over_their_thickness_with_errors():
+    dims, thickness = ("coating_thickness", "friction", "cycle"), np.array([2e-6, 1e-6, 4e-6])
+    # A thick coating may hold.
+    lives = np.array([[60.0, 30.0], [20.0, 10.0], [np.nan, 80.0]])
+    table = np.stack([np.full((3, 2), np.nan), lives], axis=-1)
+    study = xr.Dataset(
+        {
+            "worn_through_cycle": (dims, table),
+            "worn_through_cycle_error": (dims, 0.1 * table),
+            "wear_volume": (dims, np.ones((3, 2, 2))),
+            "status": (dims[:2], np.zeros((3, 2), int)),
+        },
+        {
+            "coating_thickness": ("coating_thickness", thickness, {"units": "m"}),
+            "friction": ("friction", [0.3, 0.6], {"units": "1"}),
+            "cycle": [0, 100],
+        },
+    )
+    figure = figures.coating_life(study)
+    (axes,) = figure.axes
+    slippery, rough = (container[0] for container in axes.containers)
+    np.testing.assert_allclose(slippery.get_xydata(), [[1.0, 20.0], [2.0, 60.0]])
+    np.testing.assert_allclose(rough.get_xydata(), [[1.0, 10.0], [2.0, 30.0], [4.0, 80.0]])
+    (bars,) = axes.containers[0][2]
+    np.testing.assert_allclose(bars.get_segments()[0][:, 1], [18.0, 22.0])
+    with pytest.raises(ValueError, match="No coating is worn through"):
+        figures.coating_life(study.isel(cycle=[0]))

@@ -2,12 +2,14 @@
 
 import math
 
+import numpy as np
 import pytest
 
 import fretwear
 from fretwear.figures.maps import take_wear_map, wear_map
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.slip.models import Cerruti
+from fretwear.run.simulate import run
 from fretwear.study.case import Case, CaseError
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
@@ -148,11 +150,18 @@ def test_the_plastic_limit_of_a_coating_is_refused_over_strokes_and_where_too_lo
 
 
 @pytest.mark.slow
-def test_a_map_has_the_edge_of_the_exposed_substrate_and_a_warning_tells_of_thin_coatings():
-    thin = {**HARD, "thickness": "0.1 um", "wear_coefficient": "5e-13 / Pa"}
-    case = steel(coating=thin, cell="16 um", cycles=1500, error_estimate=False)
-    with pytest.warns(fretwear.ResultWarning, match="wears its coating thin"):
-        worn = fretwear.simulate(case)
+@pytest.mark.parametrize(("modulus", "warned"), [("1 GPa", 1), ("500 GPa", 0)])
+def test_a_map_has_the_edge_of_the_exposed_substrate_and_a_warning_tells_of_thin_coatings(
+    modulus, warned
+):
+    """The hard layer is so thin that its elasticity does not matter, worn or not."""
+    thin = {"thickness": "0.1 um", "wear_coefficient": "5e-13 / Pa", "youngs_modulus": modulus}
+    case = steel(coating={**HARD, **thin}, cell="16 um", cycles=1500, error_estimate=False)
+    told: list[str] = []
+    worn, history, _ = run(case, warn=told.append)
+    assert len([text for text in told if "wears its coating thin" in text]) == warned
+    assert history["exposed_area"].values[-1] == worn.exposed_area.values[-1]
+    assert (np.diff(history["coating_left"]) <= 0.0).all()
     assert float(worn.exposed_area[-1]) > 0.0
     scar = take_wear_map(worn, None)
     bare = (scar.thinned >= 1.0).sum() * float(worn.cell_x * worn.cell_y)

@@ -62,7 +62,7 @@ MERGED_PROFILES: Mapping[str, Variable] = {
 
 MERGED_HISTORIES = (
     *(CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangential_force"),
-    *(CONTACT_SPOTS.name, STICK_SPOTS.name),
+    *(CONTACT_SPOTS.name, STICK_SPOTS.name, "exposed_area", "coating_left"),
 )
 """Histories in a merged study."""
 

@@ -26,7 +26,6 @@ from fretwear.results import (
     FIELDS,
     FRICTION_FIELD,
     LOOP,
-    OPTIONAL_SCALARS,
     PHASE,
     STEP,
     STICK_SPOTS,
@@ -38,7 +37,7 @@ from fretwear.results import (
     of_steps,
     scalars_of,
 )
-from fretwear.study.case_warnings import CaseWarning, case_warnings
+from fretwear.study.case_warnings import SMALL_ERROR, CaseWarning, case_warnings
 from fretwear.units import ContactFrame
 from fretwear.variable import Variable
 from fretwear.version import __version__, case_digest
@@ -95,8 +94,7 @@ def case_dataset(
     coordinates = _variables((CYCLE, X, Y)[: len(dims)], axes)
     may_be = (*BODY_FIELDS, *VECTOR_FIELDS, FRICTION_FIELD)
     optional = (field for field in may_be if field.name in fields)
-    of_some = (s.in_frame(case.frame) for s in OPTIONAL_SCALARS if s.name in scalars)
-    of_scalars = (*scalars_of(case.frame), *of_some)
+    of_scalars = scalars_of(case.frame, scalars)
     of_errors = [scalar.error for scalar in of_scalars] if errors else []
     by_name = {f"{name}_error": values for name, values in errors.items()}
     variables = {
@@ -133,8 +131,11 @@ def case_dataset(
 
 
 def _thinned(case: Case, fields: Mapping[str, ArrayLike]) -> float:
-    """Largest mean wear depth of the flat under the contact over the thickness of its coating."""
-    if case.coating is None:
+    """Largest mean wear depth of the flat under the contact over the thickness of its coating.
+
+    It is zero if the layer hardly changes the pressure.
+    """
+    if case.coating is None or abs(case.coating_pressure_ratio - 1.0) < SMALL_ERROR:
         return 0.0
     worn = np.asarray(fields.get("wear_depth_flat", fields["wear_depth"]), np.float64)
     touched = np.asarray(fields["contact_fraction"], np.float64)
@@ -148,12 +149,13 @@ def history_dataset(steps: Mapping[str, ArrayLike], frame: ContactFrame) -> xr.D
     """Return the history of a run along ``step``: arrays of shape (nsteps,) by name, SI units.
 
     These are the increasing, possibly fractional ``cycle``, the scalars of every step of a frame,
-    for the whole contact, the ``error_estimate`` of each step, its ``convolutions``, and the spots
-    that joined the contact and the stick zone or left them. Raises the errors of `case_dataset`.
+    the available optional ones, for the whole contact, the ``error_estimate`` of each step, its
+    ``convolutions``, and the spots that joined the contact and the stick zone or left them. Raises
+    the errors of `case_dataset`.
     """
     arrays = {"step": np.arange(np.size(steps["cycle"])), **steps}
     of_step = ERROR_ESTIMATE, CONVOLUTIONS, CONTACT_SPOTS, STICK_SPOTS
-    expected = (*of_steps(scalars_of(frame)), *of_step)
+    expected = (*of_steps(scalars_of(frame, steps)), *of_step)
     return xr.Dataset(
         _variables(expected, arrays, (STEP.name,)),
         _variables((STEP, CYCLE), arrays, (STEP.name,)),

@@ -21,7 +21,7 @@ from typing import Any
 
 _HOMES = {
     "page": "overview",
-    "history": "scalar_history",
+    "history": "coating_life scalar_history",
     "maps": "fretting_map wear_map",
     "profiles": "field_profiles fretting_loops",
     "style": "STYLE_SHEET save_as style_context",

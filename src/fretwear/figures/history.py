@@ -13,6 +13,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize, to_hex
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
 
 from fretwear.data.effects import (
     BOOKKEEPING,
@@ -20,6 +21,7 @@ from fretwear.data.effects import (
     SEED,
     final_results,
     levels_of,
+    point_dims,
     varied_names,
 )
 from fretwear.figures.axes import (
@@ -34,6 +36,7 @@ from fretwear.figures.datasets import (
     Curve,
     history_of,
     quantile_curves,
+    require_variables,
     side_by_side,
     study_curves,
 )
@@ -42,6 +45,7 @@ from fretwear.figures.style import (
     LINE_STYLES,
     MUTED,
     Columns,
+    JournalFigure,
     caption,
     root_figure,
     sequential_colormap,
@@ -199,6 +203,39 @@ def _draw_quantiles(panel: Axes, curves: Sequence[Curve], axis: ValueAxis) -> No
     for band in ((lowest, highest), (low, high)):
         panel.fill_between(x, *band, color=tint, alpha=0.2, lw=0.0)
     panel.plot(x, middle, color=tint)
+
+
+@styled
+def coating_life(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
+    """Draw the cycle of wear through of a coating, with its error, against the thickness.
+
+    The dataset is a merged study of several values of ``coating.thickness``. Coatings that are not
+    worn through are left out. Raises a `ValueError` if the study has none that is.
+    """
+    require_variables(dataset, "worn_through_cycle", "coating_thickness")
+    dims, ends = point_dims(dataset), final_results(dataset)
+    along = dims.index(str((dataset["coating_thickness"].dims or dims)[-1]))
+    life = np.moveaxis(ends["worn_through_cycle"], along, -1)
+    error = np.moveaxis(ends.get("worn_through_cycle_error", np.zeros_like(life)), along, -1)
+    if not np.isfinite(life).any():
+        raise ValueError("No coating is worn through: there is nothing to draw.")
+    thickness, label = parameter_values(dataset, "coating_thickness")
+    figure = JournalFigure(columns=1, height=56.0) if ax is None else root_figure(ax)
+    axes = figure.subplots() if ax is None else ax
+    others, tints = [*dims[:along], *dims[along + 1 :]], itertools.cycle(CATEGORICAL)
+    for place, tint in zip(np.ndindex(life.shape[:-1]), tints, strict=False):
+        order = [i for i in np.argsort(thickness) if np.isfinite(life[place][i])]
+        values = thickness[order], life[place][order], error[place][order]
+        words = level_text(dataset, dict(zip(others, place, strict=True)))
+        axes.errorbar(*values, color=tint, marker="o", label=words or None)
+    axes.set(xscale="log", yscale="log", xlabel=label, ylabel="Cycle of wear through")
+    axes.set_xticks(thickness, [f"{each:g}" for each in thickness])
+    axes.xaxis.set_minor_locator(NullLocator())
+    axes.margins(0.08)
+    if others:
+        axes.legend()
+    caption(figure, "Cycle at which the coating is first worn through, against its thickness.")
+    return figure
 
 
 def _colours(steps: xr.Dataset, name: str, curves: Sequence[Curve]) -> Colours:

@@ -17,13 +17,18 @@ from matplotlib.figure import Figure
 from fretwear.data.atomic import write_text
 from fretwear.data.files import open_case, open_loops
 from fretwear.figures.datasets import history_of, width_names
-from fretwear.figures.history import is_constant, representative_cases, scalar_history
+from fretwear.figures.history import (
+    coating_life,
+    is_constant,
+    representative_cases,
+    scalar_history,
+)
 from fretwear.figures.maps import WAYS, fretting_map, wear_map
 from fretwear.figures.profiles import field_profiles, fretting_loops
 from fretwear.figures.style import JournalFigure, save_as
 from fretwear.results import PointStatus
 
-_AREAS = ("contact_area", "stick_area")
+_AREAS = ("contact_area", "stick_area", "exposed_area")
 _OF_DISPLACEMENT = ("tangential_force", "sliding_ratio", "sliding_criterion")
 # Profiles of every study, and of one with a surface that is measured or random, by file names.
 _ALWAYS = {"pressure": "pressure", "shear": "shear_traction", "wear": "wear_depth"}
@@ -63,6 +68,8 @@ def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
         if result in summary and not is_constant(summary, result):
             name = result.removesuffix("_x")
             yield _described(name, scalar_history(summary, result, history))
+    if "worn_through_cycle" in summary and summary["coating_thickness"].size > 1:
+        yield _described("coating_life", coating_life(summary))
     chosen = representative_cases(summary)
     paths = {title: cases / f"{case_id}.nc" for title, case_id in chosen.ids.items()}
     suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""

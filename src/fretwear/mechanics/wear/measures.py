@@ -66,19 +66,19 @@ class Measures:
         self.workspace = workspace or Workspace(problem)
 
     def at_step(self) -> dict[str, float]:
-        """The scalars of every step of every contact, by name."""
-        return {
-            name: getattr(self, name)
-            for name, scalar in _SCALARS.items()
-            if not (scalar.needs or scalar.variable.is_at_snapshots)
-        }
+        """The scalars that this contact has at every step, by name."""
+        return self._scalars(of_steps=True)
 
     def at_snapshot(self) -> dict[str, float]:
         """All scalars that this contact has, by name."""
+        return self._scalars(of_steps=False)
+
+    def _scalars(self, *, of_steps: bool) -> dict[str, float]:
         return {
             name: getattr(self, name)
             for name, scalar in _SCALARS.items()
-            if not scalar.needs or scalar.needs(self)
+            if (not scalar.needs or scalar.needs(self))
+            and not (of_steps and scalar.variable.is_at_snapshots)
         }
 
     @cached_property
