@@ -256,6 +256,9 @@ def in_unit(value: _Value, si_unit: str) -> _Value | FloatWithUnit:
     return FloatWithUnit(value, si_unit) if isinstance(value, float) else value
 
 
+_HARDNESSES = ("HV", "HB", "HBW", "HK")
+
+
 def parse_quantity(value: object, dimension: Dimension, *, units_required: bool = False) -> float:
     """Turn a value as written into an SI number.
 
@@ -297,6 +300,8 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
     except QuantityError as error:
         valid = [dimension.typed, *(usual.typed or usual.name for usual in dimension.units)]
         hint = did_you_mean(unit, valid, cutoff=0.5)
+        if unit in _HARDNESSES and dimension.si_unit == "Pa":
+            hint = f"write '{written} kgf/mm^2', the unit of this hardness"
         raise QuantityError(f"{dimension.expectation}, but {error.rule}", hint) from error
     if dimensionality != _unit(dimension.typed)[1]:
         kind = _kind_of(dimensionality)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -163,7 +164,8 @@ def read_pair(
     name: str, pair: Sequence[float | str], quantities: tuple[Quantity, Quantity]
 ) -> tuple[float, float]:
     """Two constants of a law, in SI units; text has a comma between them."""
-    values = np.atleast_1d(np.asarray(pair.split(",") if isinstance(pair, str) else pair, object))
+    parts = [part.strip() for part in pair.split(",")] if isinstance(pair, str) else pair
+    values = np.atleast_1d(np.asarray(parts, object))
     if values.size != 2:
         example = ", ".join(quantity.example for quantity in quantities)
         raise StressError(f"{name} = {pair!r}: must be two constants, such as {example!r}")
@@ -192,7 +194,8 @@ def read_points(points: ArrayLike) -> Array:
 
 def read_depths(depths: Iterable[float | str]) -> Array:
     """Increasing depths, m."""
-    values = np.array([read_quantity("depth", depth, KEYS["depth"]) for depth in depths])
+    quantity = replace(KEYS["depth"], like="20 um")
+    values = np.array([read_quantity("depth", depth, quantity) for depth in depths])
     if not values.size or not (np.diff(values, prepend=0.0) > 0.0).all():
         raise StressError("depths must increase from one to the next, the first above 0")
     return values

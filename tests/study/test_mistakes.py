@@ -41,6 +41,11 @@ base/roughness: {kind: wavy}, vary/roughness.seed: [1] || vary.roughness.seed = 
 base/friction: {cycles: [0, 500], values: [0.2]} || has 2 cycles and 1 values
 base/blocks: [{cycles: 9, radius: 9 mm}] | base/cycles | base.blocks[0].radius = 9 mm: is not known
 base/diameter: 10 mm || base.diameter = 10 mm: is not known | the radius, half of it
+base/E: 208 GPa || base.E = 208 GPa: is not known | did you mean 'youngs_modulus'
+base/hardness: 3 GPa || base.hardness = 3 GPa: is not known | give plastic_limit
+base/displacement: 1 um || base.displacement = 1 um: is not known | give displacement_amplitude
+base/roughness: {kind: wavy, wavelength: 9 um} || roughness.wavelength = 9 um | give the slopes
+base/roughness: {kind: wavy, Sa: 1 um} || about 1.25 Sa
 base/load: [50 N, 60 N] | vary/load | belong into vary
 vary/material: [52100, copper] || vary.material | vary takes youngs_modulus
 base/roughness: 0.1 um || must be one of wavy | write {kind: wavy, …}

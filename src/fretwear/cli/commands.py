@@ -165,6 +165,8 @@ def run_case(
     names, assigned = case or [], set_ or []
     folder = output if output and (output.is_dir() or output.suffix != ".nc") else None
     if folder:
+        if not folder.is_dir() and folder.suffix[1:].isalpha():  # the name of another kind of file
+            check_output(folder, ".nc")
         check_writable(folder)
     elif names[1:]:
         raise CommandError("several cases need a folder, such as -o cases/")

@@ -366,6 +366,8 @@ def open_loops(path: str | os.PathLike[str]) -> xr.Dataset:
 def open_summary(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a merged study lazily, as `open_case` opens a case; `DataFileError` if it cannot."""
     path, remedy = Path(path), "Run the study, or merge it again"
+    if not path.exists():
+        raise DataFileError(path, "there is no such file", remedy)
     dataset = open_group(path, remedy=remedy)
     try:
         if STATUS.name not in dataset or CYCLE.name not in dataset:

@@ -23,9 +23,16 @@ _LONGEST_VALUE = 60
 _OTHER_WORDS = {
     "diameter": "give the radius, half of it",
     "stroke": "give sliding_amplitude, half of it",
+    "displacement": "give displacement_amplitude",
     "ra": "give rms_height, about 1.25 Ra",
-    "rq": "give rms_height",
+    "sa": "give rms_height, about 1.25 Sa",
+    **dict.fromkeys(("rq", "sq"), "give rms_height"),
+    "wavelength": "give the slopes of waves: tan(slope) = 4 amplitude/wavelength",
     "mu": "did you mean 'friction'?",
+    "e": "did you mean 'youngs_modulus'?",
+    "nu": "did you mean 'poisson_ratio'?",
+    "hardness": "give plastic_limit, about the hardness",
+    **dict.fromkeys(("yield_strength", "yield_stress"), "give plastic_limit, about 3 times that"),
     "material": "base takes material; vary takes youngs_modulus, poisson_ratio and plastic_limit",
 }
 

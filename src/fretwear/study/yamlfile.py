@@ -73,7 +73,9 @@ def read_document(file: Path) -> Document:
         remedy = next((_REMEDIES[part] for part in _REMEDIES if part in reason), "")
         mistake = Mistake("", None, f"is not YAML: {reason}", remedy, mark and mark.line + 1)
     except UnicodeDecodeError as error:
-        mistake = Mistake("", None, f"is not UTF-8 text (byte {error.start})")
+        is_case = file.suffix == ".nc"
+        remedy = "give a study file; fretwear show takes a case" if is_case else "save it as UTF-8"
+        mistake = Mistake("", None, f"is not UTF-8 text (byte {error.start})", remedy)
     except RecursionError:
         mistake = Mistake("", None, "is nested too deeply: does an alias hold itself?")
     except OSError as error:
