@@ -49,6 +49,18 @@ def test_hertz_pressure_converges_with_the_grid():
     assert errors[2] < 2e-3
 
 
+def test_a_pressure_is_refined_up_to_its_edge():
+    fine, coarse = (window((n, n)) for n in (128, 64))
+    wider = solve_contact(pressed(coarse), tolerance=1e-10)
+    refined = solver.refined(wider, coarse.half_space(MODULUS).self_influence)
+    np.testing.assert_allclose(solver.halved(refined), wider.pressure, atol=1e-6 * P0)
+    exact = solve_contact(pressed(fine), tolerance=1e-10).pressure
+    repeated = wider.pressure.repeat(2, axis=0).repeat(2, axis=1)
+    # Repeated values err by half of a step between cells; the square root, nearly linear in p², by
+    # what the discrete solution differs from it in the cells at the edge.
+    assert np.abs(refined - exact).sum() < 0.15 * np.abs(repeated - exact).sum()
+
+
 @pytest.mark.parametrize(("rough", "limit"), [(False, np.inf), (True, 0.8)])
 def test_a_given_approach_carries_the_load_that_leads_to_it(limit, rough):
     problem = pressed(window((48, 48)), roughness=ROUGH if rough else SMOOTH, limit=limit)

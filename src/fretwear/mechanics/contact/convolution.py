@@ -24,7 +24,7 @@ from typing import Any, Generic
 import numpy as np
 
 from fretwear.arrays import Array, Even, Real, Single
-from fretwear.mechanics.contact.kernels import dct, filtered, whole_spectrum
+from fretwear.mechanics.contact.kernels import dct, filtered
 
 # Rows of so many bytes are transformed together; they fit the cache of a core.
 _BLOCK_BYTES = 2**20
@@ -129,7 +129,7 @@ class WholeConvolution(Convolution[Real]):
     """Convolution by Fourier transforms of all cells of a window, mirrored where they are even."""
 
     def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:
-        return [whole_spectrum(spectrum)]
+        return [spectrum]
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         """Unfold the field along the axes in which it is even, convolve it, and fold it again."""

@@ -74,40 +74,38 @@ def fast_length(least: int) -> int:
     return int(scipy.fft.next_fast_len(least, real=True))
 
 
-def whole_spectrum(spectrum: Real, *, odd: bool = False) -> Real:
-    """Factors of `filtered` by a real spectrum for frequencies from zero up, along both axes.
+def filtered(fields: Sequence[Real], spectra: Sequence[Real]) -> list[Real]:
+    """One field, or two, by Fourier transforms, real factors and inverse transforms of a window.
 
-    Negative frequencies along x have the same factors, or the opposite ones if the spectrum is
-    odd. Each factor stands twice, for the real and the imaginary part.
-    """
-    mirrored = spectrum[-2:0:-1]
-    whole = np.concatenate([spectrum, -mirrored if odd else mirrored])
-    return np.repeat(whole, 2, axis=1)
-
-
-def filtered(fields: Sequence[Real], factors: Sequence[Real]) -> list[Real]:
-    """One field, or two, by Fourier transforms, factors and inverse transforms of a window.
-
-    ``factors`` come from `whole_spectrum` and set the size of the window, which is zero beyond the
-    fields. Two fields have three factors: of the first by the first, of the second by the second
-    and, skew-symmetric, of each by the other.
+    ``spectra`` are the factors for frequencies from zero up along both axes, and set the size of
+    the window, which is zero beyond the fields. Negative frequencies along x have the same factors.
+    Two fields have three spectra: of the first by the first, of the second by the second and,
+    skew-symmetric, of each by the other; in the last, negative frequencies have the opposite ones.
     """
     rows, columns = fields[0].shape
-    padded, length = len(factors[0]), factors[0].shape[1] - 2
+    padded, length = (2 * (count - 1) for count in spectra[0].shape)
     waves = [_rfft(field, length) for field in fields]
     for first in range(0, length // 2 + 1, _COLUMNS):
         block = slice(first, first + _COLUMNS)
-        by_block = [factor[:, 2 * first : 2 * (first + _COLUMNS)] for factor in factors]
         parts = [_fft(wave[:, block], padded) for wave in waves]
-        reals = [part.view(factors[0].dtype) for part in parts]
-        crossed = [real * by_block[2] for real in reals[::-1]] if len(fields) == 2 else []
-        for real, factor in zip(reals, by_block, strict=False):
-            real *= factor
-        for real, cross in zip(reals, crossed, strict=True) if crossed else ():
-            real -= cross
-        for wave, part in zip(waves, parts, strict=True):
+        of_block = [spectrum[:, block] for spectrum in spectra]
+        crossed: list[np.ndarray] = []
+        if len(parts) == 2:
+            crossed = [_times(part.copy(), of_block[2], odd=True) for part in parts[::-1]]
+        for wave, part, spectrum in zip(waves, parts, of_block, strict=False):
+            _times(part, spectrum)
+            if crossed:
+                part -= crossed.pop(0)
             wave[:, block] = _ifft(part)[:rows]
     return [np.ascontiguousarray(_irfft(wave, length)[:, :columns]) for wave in waves]
+
+
+def _times(waves: np.ndarray, spectrum: Real, *, odd: bool = False) -> np.ndarray:
+    """Waves, which are overwritten, times a spectrum that is even or odd along x."""
+    below = spectrum[-2:0:-1]
+    waves[: len(spectrum)] *= spectrum
+    waves[len(spectrum) :] *= -below if odd else below
+    return waves
 
 
 def _rfft(field: Real, length: int) -> np.ndarray:

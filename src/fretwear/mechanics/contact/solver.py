@@ -24,22 +24,22 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import replace
-from math import inf, isfinite, sqrt
+from math import asinh, inf, isfinite, pi, sqrt
 
 import numpy as np
 
-from fretwear.arrays import Array, Mask, Single
+from fretwear.arrays import Array, Mask, Real, Single
 from fretwear.mechanics.contact.cells import HalfSpace, Index
 from fretwear.mechanics.contact.convolution import Convolution
 from fretwear.mechanics.contact.gradients import projected_gradients
-from fretwear.mechanics.contact.kernels import in_single, inner
+from fretwear.mechanics.contact.kernels import in_single, inner, scaled
 from fretwear.mechanics.contact.problem import Contact, ContactProblem, solve_on
 
 # Cells, their weights, and the inverse of the bodies with a uniform layer on these cells.
 Inverse = tuple[Index, Single, Callable[[Single], Single]]
 
 # Tolerances of the elastic state from which yielding starts, and of the contact on wider cells.
-_COARSE, _OF_WIDER = 1e-2, 1e-3
+_COARSE, _OF_WIDER = 1e-2, 1e-4
 _ACTIVE_SET_STEPS = 60
 # Factors by which a step reduces the residual of the free cells: `_FIRST` for the first step if the
 # residual at the start is below `_NEAR`, `_WHILE_CHANGING` while more than a fraction `_FEW` of the
@@ -64,6 +64,8 @@ _CLOSED = 1e-12
 # Cells change sides if their gap exceeds this part of the tolerance.
 _MARGIN = 0.3
 _LARGEST_ITERATIONS = 40
+# 4 h / 3E* of a square cell over its influence on itself, (4 arsinh 1 / π) h / E*.
+_EDGE = pi / (3.0 * asinh(1.0))
 # Up to the first mean tangent a single layer, stiffer by the second number, suffices. Above it,
 # shares grow with the tangent around the third number.
 _SOFT = 0.3
@@ -125,7 +127,7 @@ def _first_start(bodies: ConvolvedBodies, problem: ContactProblem) -> tuple[Arra
             limit = halved(limit)
         wider = replace(problem, half_space=coarser, shape=halved(problem.shape), limit=limit)
         contact = solve_by_active_sets(coarser, wider, None, _OF_WIDER, verified=False)
-        return contact.pressure.repeat(2, axis=0).repeat(2, axis=1), contact.convolutions // 4
+        return refined(contact, coarser.self_influence), contact.convolutions // 4
     start = problem.first_guess()
     if not np.isfinite(limit).all():
         return start, 0
@@ -136,11 +138,42 @@ def _first_start(bodies: ConvolvedBodies, problem: ContactProblem) -> tuple[Arra
     return elastic.pressure, elastic.convolutions
 
 
-def halved(field: Array) -> Array:
+def halved(field: Real) -> Real:
     """Means of a field over blocks of two by two cells."""
     nx, ny = field.shape
-    means: Array = field.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
+    means: Real = field.reshape(nx // 2, 2, ny // 2, 2).mean(axis=(1, 3))
     return means
+
+
+def refined(contact: Contact, self_influence: float) -> Array:
+    """The pressure, Pa, of a contact on cells half as wide, with the same means.
+
+    At a distance s inside an edge the pressure is A √s; at s outside, the gap is 4 A √s³ / 3E*. So
+    A² s, which is p² inside and follows from the gap outside, is interpolated through the edge.
+    """
+    pressure, unit = scaled(contact.pressure)
+    squared = np.square(pressure)
+    # A² times the width of a cell: p² rises to one to two of these within two cells.
+    rise = squared / np.float32(1.5)
+    for field in (rise, rise.T) * 2:
+        np.maximum(field[1:], field[:-1], out=field[1:])
+        np.maximum(field[:-1], field[1:], out=field[:-1])
+    opened = in_single(contact.gap, _EDGE * unit * self_influence)
+    np.subtract(squared, np.cbrt(np.square(rise * opened)), out=squared, where=pressure == 0)
+    finer = np.sqrt(np.maximum(_halfway(_halfway(squared.T).T), 0.0))
+    means = halved(finer)
+    scale = np.divide(pressure, means, out=np.zeros_like(means), where=means > 0)
+    scale *= np.float32(unit)
+    return np.multiply(finer, scale.repeat(2, axis=0).repeat(2, axis=1), dtype=float)
+
+
+def _halfway(field: Single) -> Single:
+    """Linear interpolation along x to cells half as wide."""
+    padded = np.concatenate([field[:1], field, field[-1:]])
+    result = np.repeat(np.float32(0.75) * field, 2, axis=0)
+    result[::2] += np.float32(0.25) * padded[:-2]
+    result[1::2] += np.float32(0.25) * padded[2:]
+    return result
 
 
 class ActiveSet:
@@ -156,7 +189,8 @@ class ActiveSet:
     def restart(self, start: Array) -> None:
         """Restart from a pressure, scaled to the load and clipped to the bounds."""
         self.pressure = self.problem.clip_to_load(np.ascontiguousarray(start, np.float64))
-        self._refresh()
+        moved, unit = self._bodies.relative_displacement(self.pressure)
+        self._place(np.multiply(moved, unit, dtype=float), _SINGLE)
         self.free = self._between_bounds()
         self._care = 1.0
         self._solved: Mask = ~self.free
@@ -199,11 +233,15 @@ class ActiveSet:
         return False
 
     def _refresh(self) -> None:
-        """Recompute K p, which is otherwise updated."""
-        self.displacement = self._bodies.displacement(self.pressure)
-        self.separation = self.problem.separation(self.pressure, self.displacement)
+        """Recompute K p, which is otherwise updated, in double precision."""
+        self._place(self._bodies.displacement(self.pressure), 0.0)
+
+    def _place(self, displacement: Array, error: float) -> None:
+        """Set K p, m, from a convolution of some relative error."""
+        self.displacement = displacement
+        self.separation = self.problem.separation(self.pressure, displacement)
         self.convolutions += 1
-        self._rounding = 0.0
+        self._rounding = error * float(displacement.max())
 
     def _evaluate(self, tolerance: float) -> None:
         """Approach, gap, the largest violation of the conditions on it, and the free cells."""

@@ -29,7 +29,7 @@ from fretwear.arrays import Array, Real, Single
 from fretwear.mechanics.contact.cells import HalfSpace
 from fretwear.mechanics.contact.convolution import offsets
 from fretwear.mechanics.contact.grid import Grid, GridHalfSpace
-from fretwear.mechanics.contact.kernels import dct, dst, filtered, whole_spectrum
+from fretwear.mechanics.contact.kernels import dct, dst, filtered
 
 Branch = tuple[int, int]
 # Spectra of the influence of x on x, of y on y, and of either on the other.
@@ -222,16 +222,16 @@ class WholeShear(GridShear[Real]):
         return nx, ny
 
     @cached_property
-    def _factors(self) -> list[Real]:
+    def _factors(self) -> Spectra[Real]:
         """Spectra of the kernels on the padded window, as `filtered` takes them."""
         nx, ny = self._whole
-        return _whole_factors(_scaled(self._spectra, 4 * nx * ny))
+        return _scaled(self._spectra, 4 * nx * ny)
 
     @cached_property
-    def _inverse(self) -> list[Real]:
+    def _inverse(self) -> Spectra[Real]:
         """The inverse of these spectra in the branch of the window without padding."""
         nx, ny = self._whole
-        return _whole_factors(_scaled(_inverted(self._branch((0, 0))), nx * ny))
+        return _scaled(_inverted(self._branch((0, 0))), nx * ny)
 
     def displacement(self, traction: Real) -> Real:
         """Relative displacement of the surfaces, m, under a traction, Pa."""
@@ -241,17 +241,13 @@ class WholeShear(GridShear[Real]):
         """Approximate inverse by transforms of the window without padding."""
         return self._filtered(traction, self._inverse)
 
-    def _filtered(self, field: Real, factors: list[Real]) -> Real:
+    def _filtered(self, field: Real, factors: Spectra[Real]) -> Real:
         for axis in 1 + np.flatnonzero(self.geometry.even):
             sign = np.array([1.0, -1.0], field.dtype)[:, None, None]
             field = np.concatenate([np.flip(field, int(axis)) * sign, field], axis)
         result = np.stack(filtered([*np.ascontiguousarray(field)], factors))
         x, y = (n - inner for n, inner in zip(self._whole, self.geometry.shape, strict=True))
         return np.ascontiguousarray(result[:, x:, y:])
-
-
-def _whole_factors(spectra: Spectra[Real]) -> list[Real]:
-    return [whole_spectrum(field, odd=place == 2) for place, field in enumerate(spectra)]
 
 
 def bodies_under_shear(half_space: HalfSpace, coupling: float) -> GridShear[Array]:
