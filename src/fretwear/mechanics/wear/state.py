@@ -223,6 +223,8 @@ class Workspace:
 
     def __init__(self, problem: WearProblem) -> None:
         self.problem = problem
+        #: Contacts between the ends of the last loop and their cells, from which the next starts.
+        self.of_loop: list[tuple[Geometry, ReducedContact]] = []
         self._bodies: dict[Geometry, UnwornBodies] = {}
 
     def on(self, geometry: Geometry) -> UnwornBodies:
