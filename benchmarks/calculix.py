@@ -75,9 +75,9 @@ def solve(positions: Array, forces: Array, modulus: float, ratio: float) -> tupl
             back = (place[1] - y[j]) / (y[j + 1] - y[j])
             weights = np.outer([1.0 - right, right], [1.0 - back, back])
             on_nodes[number[i : i + 2, j : j + 2, 0] - 1] += weights[..., None] * force
-    lines = ["*NODE, NSET=ALL", *_rows(np.arange(1, len(nodes) + 1), *nodes.T)]
+    lines = ["*NODE, NSET=ALL", *rows_of(np.arange(1, len(nodes) + 1), *nodes.T)]
     lines += ["*ELEMENT, TYPE=C3D8I, ELSET=BLOCK"]
-    lines += _rows(np.arange(1, corners[0].size + 1), *corners)
+    lines += rows_of(np.arange(1, corners[0].size + 1), *corners)
     lines += ["*MATERIAL, NAME=FLAT", "*ELASTIC", f"{modulus:.9g}, {ratio:.9g}"]
     lines += ["*SOLID SECTION, ELSET=BLOCK, MATERIAL=FLAT", "*BOUNDARY"]
     lines += [f"{node}, 1, 3" for node in sorted(held)] + [
@@ -93,7 +93,8 @@ def solve(positions: Array, forces: Array, modulus: float, ratio: float) -> tupl
         return nodes, _stresses(Path(folder, "block.frd"))
 
 
-def _rows(*columns: Array) -> list[str]:
+def rows_of(*columns: Array) -> list[str]:
+    """Lines of an input file of CalculiX, one for each row of some columns."""
     return [", ".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
 
 

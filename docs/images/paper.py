@@ -1,7 +1,6 @@
 """Draw the figures of docs/paper.md from the results of studies/paper.yaml.
 
-    snakemake --cores 2 --config study=paper -- results/paper/summary.nc
-    python docs/images/paper.py
+Run ``snakemake --cores 2 --config study=paper`` first, then ``python docs/images/paper.py``.
 """
 
 import io
