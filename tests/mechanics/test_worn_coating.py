@@ -9,12 +9,22 @@ import pytest
 from fretwear.mechanics.contact.rings import Rings
 from fretwear.mechanics.surfaces.coating import Coating
 from fretwear.mechanics.surfaces.laws import Archard
+from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.values import OfBodies
 from fretwear.mechanics.wear.integrator import evolve
 from fretwear.mechanics.wear.measures import Measures, deeper_fraction
 
 from ..studies import near
-from .problems import CONVERGED, EDGE, FRICTION, WEAR, ElasticBodies, fretting, on_strips
+from .problems import (
+    CONVERGED,
+    EDGE,
+    FRICTION,
+    PER_LENGTH,
+    WEAR,
+    ElasticBodies,
+    fretting,
+    on_strips,
+)
 
 STOP = 2500.0
 STEEL = ElasticBodies(208e9, 0.3)
@@ -154,15 +164,18 @@ def test_the_cycle_of_wear_through_is_that_of_much_shorter_steps(kind, times, pa
 
 
 @pytest.mark.slow
-def test_a_thicker_coating_or_one_that_wears_less_lasts_longer():
+def test_a_thicker_coating_or_one_that_wears_less_or_bears_less_lasts_longer():
     depth = 0.2 * deepest("strips")
     lives = [
-        run("strips", thickness, coefficient, load_ratio=ratio)[1][-1].worn_through
-        for thickness, coefficient, ratio in (
-            (depth, WEAR, 0.9),
-            (depth, WEAR, 0.8),
-            (depth, 0.7 * WEAR, 0.8),
-            (1.5 * depth, 0.7 * WEAR, 0.8),
+        run("strips", thickness, coefficient, load_ratio=ratio, normal=NormalLoad(load))[1][
+            -1
+        ].worn_through
+        for thickness, coefficient, ratio, load in (
+            (depth, WEAR, 0.9, 1.2 * PER_LENGTH),
+            (depth, WEAR, 0.9, PER_LENGTH),
+            (depth, WEAR, 0.8, PER_LENGTH),
+            (depth, 0.7 * WEAR, 0.8, PER_LENGTH),
+            (1.5 * depth, 0.7 * WEAR, 0.8, PER_LENGTH),
         )
     ]
     assert lives == sorted(lives)

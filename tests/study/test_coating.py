@@ -168,3 +168,28 @@ def test_a_map_has_the_edge_of_the_exposed_substrate_and_a_warning_tells_of_thin
     assert bare == near(float(worn.exposed_area[-1]), rel=0.1)
     figure = wear_map(worn)
     assert "edge of exposed substrate" in {text.get_text() for text in figure.legends[0].texts}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("above", "below"), [(1e-15, 3e-15), (3e-15, 1e-15)])
+def test_a_stroke_wears_both_materials_by_its_path(above, below):
+    coating = {**HARD, "thickness": "0.5 um", "wear_coefficient": above}
+    slides = {**CYLINDER, "tangential_ratio": None, "sliding_amplitude": "20 um"}
+    case = steel(
+        **{**slides, "load": "100 N/mm"},
+        wear_coefficient=[1e-16, below],
+        coating=coating,
+        cycles=20000,
+        error_estimate=False,
+    )
+    usual, fine = (
+        fretwear.simulate(case.replace(tolerance=tolerance), quarter=True).isel(cycle=-1)
+        for tolerance in (0.01, 0.001)
+    )
+    depth, cell = usual.wear_depth_flat.values.astype(float), float(usual.cell_x)
+    coated = 2.0 * cell * np.minimum(depth, 0.5e-6).sum() / above
+    bare = 2.0 * cell * np.maximum(depth - 0.5e-6, 0.0).sum() / below
+    path = 4.0 * case.loading.stroke * case.cycles
+    assert bare > 0.1 * coated
+    assert coated + bare == near(case.hertz.load * path, rel=1e-3)
+    assert float(usual.worn_through_cycle) == near(float(fine.worn_through_cycle), rel=0.01)
