@@ -14,6 +14,7 @@ from fretwear.study.case import Case, CaseError
 from fretwear.study.plan import Plan
 from fretwear.study.reading import load_study
 from fretwear_cracks import StressError
+from fretwear_fit.search import fit
 
 from ..studies import base, near, steel, two_loads, write_study
 
@@ -193,3 +194,41 @@ def test_a_stroke_wears_both_materials_by_its_path(above, below):
     assert bare > 0.1 * coated
     assert coated + bare == near(case.hertz.load * path, rel=1e-3)
     assert float(usual.worn_through_cycle) == near(float(fine.worn_through_cycle), rel=0.01)
+
+
+@pytest.mark.slow
+def test_a_fit_finds_the_thickness_of_a_coating_from_a_scar_that_went_through(tmp_path):
+    base = {
+        "indenter": {"kind": "cylinder", "radius": "10 mm"},
+        "youngs_modulus": "208 GPa",
+        "poisson_ratio": 0.3,
+        "load": "100 N/mm",
+        "tangential_load": "50 N/mm",
+        "friction": 0.6,
+        "wear_coefficient": "4e-13 / Pa",
+        "plastic_limit": "none",
+        "roughness": "none",
+        "cycles": 8000,
+    }
+    layer = {"youngs_modulus": "400 GPa", "poisson_ratio": 0.2, "wear_coefficient": "1e-13 / Pa"}
+    thickness = 6.65e-8
+    case = Case(**base, coating={**layer, "thickness": thickness}, error_estimate=False)
+    finer = case.replace(cell=case.grid_spacing[0] / 2.0, tolerance=case.tolerance / 10.0)
+    worn = fretwear.simulate(finer, quarter=True).isel(cycle=-1)
+    assert worn.worn_through_cycle < case.cycles
+    x = np.linspace(-3.0, 3.0, 161) * float(worn.scar_half_width_x)
+    depth = np.interp(np.abs(x), worn.x, worn.wear_depth, right=0.0)
+    depth += np.random.default_rng(3).normal(0.0, 0.04 * depth.max(), x.size)
+    rows = (f"{1e6 * place:.6g},{1e6 * each:.6g}" for place, each in zip(x, depth, strict=True))
+    (tmp_path / "scar.csv").write_text("\n".join(["x (um),depth (um)", *rows]))
+    study = {
+        "title": "A coated scar",
+        "base": {**base, "coating": {**layer, "thickness": "0.12 um"}},
+        "fit": {
+            "free": {"coating.thickness": ["0.02 um", "0.3 um"]},
+            "data": [{"file": "scar.csv", "quantity": "wear_depth"}],
+        },
+    }
+    found = fit(write_study(tmp_path / "study.yaml", study), folder=tmp_path / "runs")
+    low, high = found.interval("coating.thickness", 0.95)
+    assert low < thickness < high < 1.2 * low
