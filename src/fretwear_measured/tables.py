@@ -188,12 +188,13 @@ class Table:
                 raise QuantityError(rule, f"say which, by number from 0: columns: [{first}]")
         missing = next((s for s, one in zip(sought, best, strict=False) if not one), sought[-1])
         words = listed(sorted(one.split()[0] for one in missing.words), "or")
-        rule = f"has the columns {listed(self.names)}, not {words}"
         if asked or not self.names:
             given = (
                 f"columns: [{', '.join(map(str, asked))}]" if asked else f"{count} without names"
             )
             rule = f"needs {len(sought)} different columns, not {given}"
+        else:
+            rule = f"has the columns {listed(self.names)}, not {words}"
         volts = [n for n, unit in enumerate(self.units) if unit in _VOLTS]
         fits = [[n for n, u in enumerate(self.units) if u and s.fits(u)] or volts for s in sought]
         chosen = [*(_different(fits) or [(*range(len(sought)),)])[0]]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
@@ -9,6 +10,7 @@ from fretwear import figures
 from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.labels import mirrored
+from fretwear.figures.style import JournalFigure
 from fretwear.units import number_text
 
 UNITS = {"pressure": 1e6, "shear_traction": 1e6, "wear_depth": 1e-6, "gap": 1e-6}
@@ -119,6 +121,22 @@ def test_a_dataset_without_these_fields_and_cycles_is_refused(smooth_run, small_
     for dataset in (smooth_run.history, small_study.summary):
         with pytest.raises(ValueError, match="has no variable 'wear_depth'"):
             figures.wear_map(dataset)
+
+
+def test_a_misspelt_name_is_answered_with_the_nearest_one():
+    with pytest.raises(ValueError, match="did you mean 'wear_volume'"):
+        figures.scalar_history(xr.Dataset({"wear_volume": ("cycle", [0.0])}), "wear_volum")
+    with pytest.raises(ValueError, match="did you mean 'pressure'"):
+        figures.field_profiles(xr.Dataset(), "presure")
+
+
+def test_a_map_in_axes_of_the_caller_has_its_key_below_them(smooth):
+    canvas = JournalFigure(1, 80.0)
+    axes = canvas.subplots()
+    figures.wear_map(smooth, ax=axes)
+    canvas.draw_without_rendering()
+    label = axes.xaxis.label.get_window_extent()
+    assert axes.get_legend().get_window_extent().y1 <= label.y0 + 1.0
 
 
 def test_a_file_that_cannot_be_written_leaves_nothing(smooth, tmp_path):

@@ -118,6 +118,7 @@ def test_an_empty_first_column_keeps_its_place(tmp_path):
         (("stroke (um)", "position (um)", "force (N)"), {}, "'stroke' and 'position'"),
         (("x (um)", "normal force (N)", "time (s)"), {}, "not force, friction or load"),
         (("x (um)", "force (N)", "time (s)"), {"columns": (1, 1)}, "2 different columns"),
+        (("0", "0", "0"), {}, "2 different columns, not 3 without names"),
         (("x (um)", "a", "force (N)"), {"columns": (1, 0), "units": ("um", "N")}, "same force"),
     ],
 )

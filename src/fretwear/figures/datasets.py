@@ -16,6 +16,7 @@ from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import open_history
 from fretwear.data.stack import representative_cycles
 from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, RESULTS
+from fretwear.units import did_you_mean
 from fretwear.variable import ContactState, Variable
 
 Cycles = Sequence[int] | int | None
@@ -185,7 +186,8 @@ def field_of(quantity: Variable | str) -> Variable:
     drawn = (*FIELDS, *BODY_FIELDS, FRICTION_FIELD)
     fields = {field.name: field for field in drawn if not field.flags}
     if quantity not in fields:
-        raise ValueError(f"quantity = {quantity!r}: there are profiles of {', '.join(fields)}.")
+        known = did_you_mean(quantity, fields) or f"there are profiles of {', '.join(fields)}"
+        raise ValueError(f"quantity = {quantity!r}: {known}")
     return fields[quantity]
 
 
@@ -234,5 +236,6 @@ def require_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise a `ValueError` if a dataset lacks a variable."""
     for name in names:
         if name not in dataset:
-            found = ", ".join(sorted(map(str, dataset.data_vars)))
-            raise ValueError(f"The dataset has no variable {name!r}; it has {found or 'none'}.")
+            there = sorted(n for n in map(str, dataset.data_vars) if not n.endswith("_error"))
+            known = did_you_mean(name, there) or f"it has {', '.join(there) or 'none'}"
+            raise ValueError(f"The dataset has no variable {name!r}; {known}.")

@@ -45,7 +45,7 @@ WAYS = ("displacement_amplitude", "displacement_ratio")
 """Varied parameters that a fretting map may have besides the load."""
 
 _BEYOND_CONTACT = 1.06
-_AXIS_HEIGHT = 0.42  # inches, of the numbers and the label of an x axis
+_LINE, _PADS = 1.5, 16.0  # of an x axis: height of a line over its letters, and pads in points
 _SHALLOW = 0.01
 _UNEQUAL = 4.0
 _EDGES = {"contact": MUTED, "stick": CATEGORICAL[0]}
@@ -116,7 +116,9 @@ def wear_map(
     if ax is None:
         add_key(figure, keys, names)
     else:  # below the axes: inside, it would lie on the scar
-        below = ScaledTranslation(0.0, -_AXIS_HEIGHT, root_figure(ax).dpi_scale_trans)
+        letters = float(ax.xaxis.label.get_fontsize())  # points, about as high as the numbers
+        inches = (2.0 * _LINE * letters + _PADS) / 72.0
+        below = ScaledTranslation(0.0, -inches, root_figure(ax).dpi_scale_trans)
         ax.legend(
             keys, names, loc="upper left", borderaxespad=0.0, ncols=2,
             bbox_to_anchor=(0.0, 0.0), bbox_transform=ax.transAxes + below,
