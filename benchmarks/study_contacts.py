@@ -14,6 +14,10 @@ STUDY: dict[str, Any] = {
     "wear_coefficient": "7e-13 / Pa",
     "cycles": 30000,
 }
+SELF_AFFINE = {
+    "kind": "self_affine", "rms_height": "0.1 um", "hurst": 0.8, "rolloff_wavelength": "60 um",
+    "shortest_wavelength": "8 um", "seed": 1,
+}  # fmt: skip
 WAVES = {"kind": "wavy", "amplitude": "0.2 um", "slope_x": "5.7 deg", "slope_y": "1 deg"}
 
 

@@ -1,7 +1,8 @@
-"""tamaas and ContactMechanics as contact solvers.
+"""tamaas, ContactMechanics and aspher as contact solvers.
 
-Both are driven as their documentation says for a contact that is not periodic: tamaas with its
-operator for free surfaces, named to the solver; ContactMechanics with its free half-space.
+They are driven as their documentation says for a contact that is not periodic: tamaas with its
+operator for free surfaces, named to the solver; ContactMechanics with its free half-space; aspher
+with nested grids, in double precision, by its exact convolution.
 
 `compare` lets everyone solve the same cold contact: shape in, pressure out, equal residual. Each
 peer has the largest tolerance with which it reaches the residual.
@@ -10,13 +11,14 @@ peer has the largest tolerance with which it reaches the residual.
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from importlib.metadata import version
 from statistics import median
 from typing import Any, ClassVar
 
 import numpy as np
-from benchmarks.study_contacts import study_case
+from benchmarks.study_contacts import SELF_AFFINE, WAVES, study_case
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.grid import Grid
@@ -124,6 +126,35 @@ class ContactMechanics(Peer):
         return np.array(result.jac[:nx, :ny]) / self.window.unit_area
 
 
+class Aspher(Peer):
+    """The preconditioned conjugate gradients of Polonsky and Keer from coarse grids to fine ones."""
+
+    name = "aspher"
+
+    def _make(self, modulus: float) -> None:
+        if len({*self.lengths}) > 1:
+            raise ValueError("aspher has square windows")
+        self._modulus = modulus
+
+    def solve(self, shape: Array, load: float, limit: float = math.inf) -> Array:
+        import aspher
+
+        if limit < math.inf:
+            raise ValueError("aspher solves elastic contacts")
+        result = aspher.solve_nested(
+            grid_size=len(shape),
+            gap=np.ascontiguousarray(shape).ravel(),
+            p_nominal=load / (self.lengths[0] * self.lengths[1]),
+            domain_size=self.lengths[0],
+            E_star=self._modulus,
+            backend="fft",
+            tol=self.tolerance,
+        )
+        if not result.converged:
+            raise RuntimeError("aspher did not converge")
+        return np.array(result.pressure, np.float64).reshape(shape.shape)
+
+
 PEERS: tuple[type[Peer], ...] = (Tamaas, ContactMechanics)
 
 
@@ -157,69 +188,78 @@ def unfolded(field: Array) -> Array:
 
 RESIDUAL = 1e-6
 TUNING_CELLS = 128
-_MARGIN = 1.15  # half-width of the window over the Hertz radius
+CONTACTS: dict[str, dict[str, Any]] = {
+    "smooth": {},
+    "wavy": {"roughness": WAVES},
+    "self-affine": {"roughness": SELF_AFFINE},
+}
+_MARGIN = {"smooth": 1.15}  # half-width of the window over the Hertz radius
+_ROUGH_MARGIN = 1.4
 _LADDER = tuple(10.0 ** (-0.5 * step) for step in range(8, 21))
 
 Solver = Callable[[], Array]
 """Makes everything that it needs and returns the pressure, Pa, on the whole window."""
 
 
-def sphere(cells: int, *, quarter: bool = False) -> ContactProblem:
-    """The smooth first loading on so many whole cells along x and y."""
-    case = study_case()
+def cold(kind: str, cells: int, *, quarter: bool = False) -> ContactProblem:
+    """A first loading on so many whole cells along x and y."""
+    case = study_case(**CONTACTS[kind])
     problem = states.wear_problem(case)
-    width = _MARGIN * case.hertz_radius
+    width = _MARGIN.get(kind, _ROUGH_MARGIN) * case.hertz_radius
     count = cells // 2 if quarter else cells
     window = Grid((count, count), (2 * width / cells, 2 * width / cells), (quarter, quarter))
     bodies = window.half_space(problem.bodies.composite_modulus)
     return ContactProblem(bodies, problem.unworn(window), problem.hertz.load)
 
 
-def own(cells: int, *, quarter: bool) -> Solver:
+def own(kind: str, cells: int, *, quarter: bool) -> Solver:
     """This simulator's solver, on the quarter or on the whole window."""
+    problem = cold(kind, cells, quarter=quarter)
+    window, modulus = problem.half_space.geometry, problem.half_space.modulus
 
     def solve() -> Array:
-        problem = sphere(cells, quarter=quarter)
-        pressure = solve_contact(problem, tolerance=RESIDUAL).pressure
-        return unfolded(pressure) if quarter else pressure
+        bodies = window.half_space(modulus)
+        contact = solve_contact(replace(problem, half_space=bodies), tolerance=RESIDUAL)
+        return unfolded(contact.pressure) if quarter else contact.pressure
 
     return solve
 
 
-def other(kind: type[Peer], cells: int, tolerance: float) -> Solver:
+def other(peer: type[Peer], kind: str, cells: int, tolerance: float) -> Solver:
     """A peer on the whole window."""
-    problem = sphere(cells)
-    modulus = states.wear_problem(study_case()).bodies.composite_modulus
+    problem = cold(kind, cells)
 
     def solve() -> Array:
-        peer = kind(problem.half_space.geometry, modulus, tolerance)
-        return peer.solve(problem.shape, problem.load)
+        bodies = problem.half_space
+        return peer(bodies.geometry, bodies.modulus, tolerance).solve(problem.shape, problem.load)
 
     return solve
 
 
-def tuned(kind: type[Peer], cells: int, largest: float = 1.0) -> float:
+def tuned(peer: type[Peer], kind: str, cells: int, largest: float = 1.0) -> float:
     """The largest tolerance, up to another one, with which a peer reaches the residual."""
-    problem = sphere(cells)
+    problem = cold(kind, cells)
     for tolerance in (each for each in _LADDER if each <= largest):
-        if residual(problem, other(kind, cells, tolerance)()) <= RESIDUAL:
+        if residual(problem, other(peer, kind, cells, tolerance)()) <= RESIDUAL:
             return tolerance
     return _LADDER[-1]
 
 
-def compare(cells: int = 512, repeats: int = 3) -> list[dict[str, Any]]:
+def compare(
+    kind: str, cells: int, peers: Sequence[type[Peer]], repeats: int = 3
+) -> list[dict[str, Any]]:
     """Median processor seconds and residual of everyone, who solve in turn; ours first."""
-    import tamaas
+    if Tamaas in peers:
+        import tamaas
 
-    tamaas.initialize(1)
-    problem = sphere(cells)
-    solvers = {
-        "fretwear, quarter": own(cells, quarter=True),
-        "fretwear, whole window": own(cells, quarter=False),
-    }
-    for kind in PEERS:
-        on_few = tuned(kind, min(cells, TUNING_CELLS))
-        solvers[kind.title()] = other(kind, cells, tuned(kind, cells, on_few))
+        tamaas.initialize(1)
+    problem = cold(kind, cells)
+    solvers = {"fretwear, whole window": own(kind, cells, quarter=False)}
+    if kind != "self-affine":
+        solvers["fretwear, quarter"] = own(kind, cells, quarter=True)
+    for peer in peers:
+        on_few = tuned(peer, kind, min(cells, TUNING_CELLS))
+        solvers[peer.title()] = other(peer, kind, cells, tuned(peer, kind, cells, on_few))
     residuals = {name: residual(problem, solve()) for name, solve in solvers.items()}
     seconds: dict[str, list[float]] = {name: [] for name in solvers}
     for _ in range(repeats):
@@ -228,6 +268,7 @@ def compare(cells: int = 512, repeats: int = 3) -> list[dict[str, Any]]:
             solve()
             seconds[name].append(time.process_time() - started)
     return [
-        {"name": name, "residual": residuals[name], "cpu": median(spent)}
+        {"name": name, "contact": kind, "cells": cells, "residual": residuals[name],
+         "cpu": median(spent)}
         for name, spent in seconds.items()
-    ]
+    ]  # fmt: skip

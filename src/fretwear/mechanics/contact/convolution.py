@@ -33,20 +33,19 @@ _BLOCK_BYTES = 2**20
 class Convolution(ABC, Generic[Real]):
     """Convolution of fields on a window with one kernel, in double or in single precision.
 
-    ``spectrum`` is that of the kernel, at the frequencies of the padded window from zero up along
-    both axes, divided by the factor that the transforms of a convolution leave.
+    ``factors`` multiply the transforms of a field. They are the kernel's spectrum, divided by what
+    the transforms of a convolution leave, in the form of `_filtered`.
     """
 
-    def __init__(self, spectrum: Real, even: Even) -> None:
-        self._spectrum: Real = spectrum
+    def __init__(self, factors: Sequence[Real], even: Even) -> None:
+        self._factors: Sequence[Real] = factors
         self._even = even
-        self._cells = (len(spectrum) - 1) * (spectrum.shape[1] - 1)
-        self._factors: list[Real] = self._factors_of(spectrum)
 
     def in_single(self, unit: float) -> Convolution[Single]:
         """The same in single precision, with the kernel in some unit."""
         alike: Any = type(self)
-        result: Convolution[Single] = alike((self._spectrum / unit).astype(np.float32), self._even)
+        factors = [(factor / unit).astype(np.float32) for factor in self._factors]
+        result: Convolution[Single] = alike(factors, self._even)
         return result
 
     def __call__(self, field: Real) -> Real:
@@ -59,15 +58,15 @@ class Convolution(ABC, Generic[Real]):
         It maps a field to a field, is symmetric and positive definite, and costs a quarter of a
         convolution because the window is not padded. It may overwrite its argument.
         """
-        # The even frequencies belong to the window without padding.
-        spectrum = self._spectrum[::2, ::2]
-        inverted = 1.0 / self._cells / (4 * self._cells * spectrum + added)
-        factors = self._factors_of(inverted.astype(spectrum.dtype, copy=False), padded=False)
+        spectrum, cells = self._unpadded
+        inverted = 1.0 / cells / (4 * cells * spectrum + added)
+        factors = [inverted.astype(spectrum.dtype, copy=False)]
         return lambda field: self._filtered(field, factors)
 
+    @property
     @abstractmethod
-    def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:
-        """A spectrum, of the padded window or of the window itself, in the form of `_filtered`."""
+    def _unpadded(self) -> tuple[Real, int]:
+        """The factor at even frequencies, those of the window without padding; the whole's cells."""
 
     @abstractmethod
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
@@ -85,17 +84,19 @@ def convolution(kernel: Array, even: Even) -> Convolution[Array]:
     spectrum = dct(1, kernel, (0, 1))
     # Two transforms along each of the axes of the padded window leave this factor.
     spectrum /= 4 * (kernel.shape[0] - 1) * (kernel.shape[1] - 1)
-    return (QuarterConvolution if all(even) else WholeConvolution)(spectrum, even)
+    if not all(even):
+        return WholeConvolution([spectrum], even)
+    # The highest frequency does not occur in any field.
+    branches = [spectrum[x:-1:2, y:-1:2] for x in (0, 1) for y in (0, 1)]
+    return QuarterConvolution([*map(np.ascontiguousarray, branches)], even)
 
 
 class QuarterConvolution(Convolution[Real]):
     """Convolution by cosine transforms, of a field that is even along both axes."""
 
-    def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:
-        branches = [(x, y) for x in (0, 1) for y in (0, 1)] if padded else [(0, 0)]
-        step = 2 if padded else 1
-        # The highest frequency does not occur in any field.
-        return [np.ascontiguousarray(spectrum[x:-1:step, y:-1:step]) for x, y in branches]
+    @property
+    def _unpadded(self) -> tuple[Real, int]:
+        return self._factors[0], 4 * self._factors[0].size
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         kinds = ((2, 3), (4, 4)) if len(factors) > 1 else ((2, 3),)
@@ -128,8 +129,10 @@ class QuarterConvolution(Convolution[Real]):
 class WholeConvolution(Convolution[Real]):
     """Convolution by Fourier transforms of all cells of a window, mirrored where they are even."""
 
-    def _factors_of(self, spectrum: Real, *, padded: bool = True) -> list[Real]:
-        return [spectrum]
+    @property
+    def _unpadded(self) -> tuple[Real, int]:
+        rows, columns = self._factors[0].shape
+        return self._factors[0][::2, ::2], (rows - 1) * (columns - 1)
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         """Unfold the field along the axes in which it is even, convolve it, and fold it again."""

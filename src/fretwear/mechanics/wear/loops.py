@@ -165,7 +165,8 @@ def _between(lower: ReducedContact, upper: ReducedContact, load: float) -> Array
     square, stick = upper.pressure**2, lower.stick
     fall = square - lower.pressure**2
     fall = np.where(stick, fall, fall[stick].mean() if stick.any() else square.max())
-    return np.sqrt(np.maximum(square - (most - place) / (most - least) * fall, 0.0))
+    guess: Array = np.sqrt(np.maximum(square - (most - place) / (most - least) * fall, 0.0))
+    return guess
 
 
 def _of_vectors(
