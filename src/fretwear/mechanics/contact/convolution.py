@@ -66,7 +66,7 @@ class Convolution(ABC, Generic[Real]):
     @property
     @abstractmethod
     def _unpadded(self) -> tuple[Real, int]:
-        """The factor at even frequencies, those of the window without padding; the whole's cells."""
+        """The factor at the frequencies of the window without padding, and cells of the whole."""
 
     @abstractmethod
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
