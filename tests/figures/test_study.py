@@ -1,13 +1,15 @@
 """The figures of whole studies: regimes of slip, files and their index."""
 
 import json
+import pickle
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from fretwear import figures
-from fretwear.figures.study import study_figures, write_study_figures
+from fretwear.figures.study import relink_transforms, study_figures, write_study_figures
+from fretwear.figures.style import JournalFigure
 
 
 def test_a_fretting_map_shows_the_regime_over_load_and_displacement():
@@ -53,6 +55,18 @@ def test_a_study_has_its_figures_and_no_text_overlaps(small_study, check_texts):
     for figure in drawn:
         assert figure.caption.endswith(".")
         check_texts(figure.figure)
+
+
+def test_no_new_transform_takes_the_place_of_one_in_a_figure_of_another_process():
+    figure = JournalFigure(1, 60.0)
+    label = figure.subplots().xaxis.get_major_ticks()[0].label1.get_transform()
+    received, label = pickle.loads(pickle.dumps((figure, label)))  # noqa: S301
+    relink_transforms()
+    parents = vars(received.dpi_scale_trans)["_parents"]
+    assert [*parents] == [id(parent()) for parent in parents.values()]
+    lowest = label.transform((0.0, 0.0))
+    received.dpi *= 3.0
+    np.testing.assert_allclose(label.transform((0.0, 0.0)), 3.0 * lowest, rtol=1e-12)
 
 
 @pytest.mark.slow

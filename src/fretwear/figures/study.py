@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
@@ -13,6 +14,7 @@ from typing import NamedTuple
 
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.transforms import TransformNode
 
 from fretwear.data.atomic import write_text
 from fretwear.data.files import open_case, open_loops
@@ -117,10 +119,33 @@ def write_study_figures(
     """
     figures = chain(study_figures(summary.load(), cases), extra)
     with ProcessPoolExecutor(processes) as pool:
-        each = pool.map if processes > 1 else map
-        entries = [*each(partial(_write, folder), figures)]
+        if processes > 1:
+            entries = [*pool.map(partial(_write_received, folder), figures)]
+        else:
+            entries = [_write(folder, drawn) for drawn in figures]
     write_text(folder / "index.json", f"{json.dumps(entries, indent=1, ensure_ascii=False)}\n")
     return entries
+
+
+def relink_transforms() -> None:
+    """File the parents of every transform under their `id` in this process.
+
+    Matplotlib unpickles them under the `id` of the process that drew the figure. A new transform
+    that happens to have it would replace such a parent, whose labels would keep an old scale.
+    """
+    for node in gc.get_objects():
+        if isinstance(node, TransformNode):
+            references = node.__dict__["_parents"]
+            parents = [reference() for reference in references.values()]
+            references.clear()
+            for parent in parents:
+                if parent is not None:
+                    parent.set_children(node)
+
+
+def _write_received(folder: Path, drawn: StudyFigure) -> dict[str, str]:
+    relink_transforms()
+    return _write(folder, drawn)
 
 
 def _write(folder: Path, drawn: StudyFigure) -> dict[str, str]:
