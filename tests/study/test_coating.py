@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import fretwear
+from fretwear.cli.show import case_lines
 from fretwear.figures.maps import take_wear_map, wear_map
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.slip.models import Cerruti
@@ -109,6 +110,15 @@ def test_stresses_below_a_coating_are_refused():
     case = steel(coating=HARD, slip_model="jaeger", cycles=1, error_estimate=False)
     with pytest.raises(StressError, match="the flat has a coating"):
         fretwear.stress(fretwear.simulate(case))
+
+
+def test_show_begins_with_the_whole_coating():
+    case = steel(coating=WORN, cell="16 um", cycles=1, error_estimate=False)
+    dataset, history, *_ = run(case)
+    lines = [line.split() for line in case_lines(dataset.assign_attrs(title=""), history)]
+    rows = {" ".join(row[:-4]): row[-4:] for row in lines}
+    assert rows["least thickness of the coating"] == ["15", "15", "15", "µm"]
+    assert rows["area of the exposed substrate"][:3] == ["0", "0", "0"]
 
 
 WORN = {**HARD, "wear_coefficient": "1e-15 / Pa"}

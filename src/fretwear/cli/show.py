@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 _MORE_RESULTS = (
     *("approach", "tangential_displacement", "plastic_volume"),
+    *("worn_through_cycle", "exposed_area", "coating_left"),
     *("mean_slip_friction", "central_pressure", "peak_pressure"),
 )
 _MARK = "† In one cell or on one line; ± ∞: grows at the edge of a worn stick zone as cells narrow."

@@ -12,10 +12,10 @@ def unworn(case: Case) -> dict[str, float]:
     """Return results, SI units, of the smooth elastic contact of a case before wear, by name.
 
     They follow Hertz, Cattaneo and Mindlin. Results without a closed form are left out, such as the
-    energy of bodies other than a sphere or cylinder, and all results of coated bodies.
+    energy of bodies other than a sphere or cylinder; a coated flat has its whole coating alone.
     """
     if case.coating is not None:
-        return {}
+        return {"exposed_area": 0.0, "coating_left": case.coating.thickness}
     hertz, sizes = case.hertz, case.indenter.half_widths
     if case.wears_unevenly:
         hertz = hertz.with_load(case.load_at(0.0))  # in the middle of the stroke

@@ -367,6 +367,7 @@ class Measures:
         "1",
         "cycle of wear through the coating",
         symbol=r"$N_\mathrm{c}$",
+        unit="1",
         needs=_is_coated,
         may_lack=True,
         error_kind="life",
