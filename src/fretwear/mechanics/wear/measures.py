@@ -693,18 +693,15 @@ def _moving_spots(geometry: Geometry, others: Mask, cells: Mask) -> int:
     return sum(enclosed(cells) > enclosed(cells & (spots != spot)) for spot in alone)
 
 
-def _highest_chords(x: Array, heights: Array) -> tuple[list[float], list[float]]:
+def _highest_chords(x: Array, heights: Array) -> tuple[Array, Array]:
     """The corners of the upper convex hull of points in ascending x."""
-    corners: list[tuple[float, float]] = []
-    for place, height in zip(x.tolist(), heights.tolist(), strict=True):
-        while len(corners) > 1:
-            (first, low), (middle, high) = corners[-2:]
-            if (high - low) * (place - first) > (height - low) * (middle - first):
-                break
-            corners.pop()
-        corners.append((place, height))
-    places, hull = zip(*corners, strict=True)
-    return [*places], [*hull]
+    corner = np.zeros(x.size, bool)
+    while not corner.all():
+        # A point that is not above the chord of its neighbours is no corner.
+        slopes = np.diff(heights) / np.diff(x)
+        corner = np.concatenate([[True], slopes[1:] < slopes[:-1], [True]])[: x.size]
+        x, heights = x[corner], heights[corner]
+    return x, heights
 
 
 def half_extent(x: Array, depth: Array, *, is_even: bool) -> float:
