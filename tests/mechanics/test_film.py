@@ -248,7 +248,7 @@ def test_partial_slip_on_a_film_is_that_of_a_dense_solution(ratio, thickness):
     nx, ny = grid.shape
     weights = 1.0, 2.0 * problem.bodies.coupling - 1.0
     shape = 2 * nx + 1, 2 * ny + 1
-    moved = problem.film.along_x(1.0)
+    moved = replace(problem.film, way="along")
     kernel = influence_coefficients(shape, grid.spacing, problem.composite_modulus, weights, moved)
     touched = np.flatnonzero(state.pressure)
     i, j = np.divmod(touched, ny)

@@ -343,7 +343,8 @@ class DenseHalfSpace(HalfSpace):
         """The bodies under tractions, averaged over all directions; displacements over ``mean``."""
         if self._film is None:
             return self
-        return _under_tractions(self.geometry, self._modulus, self._film.alike(mean))
+        film = replace(self._film, way="alike", per=mean)
+        return _under_tractions(self.geometry, self._modulus, film)
 
     @staticmethod
     def _next_free(problem: ContactProblem, pressure: Array, separation: Array) -> int | None:

@@ -59,14 +59,6 @@ class Film:
     way: Literal["normal", "along", "alike"] = "normal"
     per: float = 1.0  #: divisor of all displacements
 
-    def along_x(self, mean: float) -> Film:
-        """The displacement along x under tractions along x, over ``mean``."""
-        return replace(self, way="along", per=mean)
-
-    def alike(self, mean: float) -> Film:
-        """The displacement along tractions in the mean over all directions, over ``mean``."""
-        return replace(self, way="alike", per=mean)
-
     # Responses times k, 1/Pa, at kh.
 
     def normal(self, waves: Array) -> Array:
@@ -274,13 +266,10 @@ def _table(film: Film, transform: _Transform) -> Any:
     far = _FAR * max(1.0, first / second) ** (1.0 / 3.0)
     waves, weights = _nodes(_LARGEST_WAVE, far)
     response, rise = film._response(transform), film.rise(transform)
-    short = response(np.array(1e3))
-    rest = response(waves) - short - rise * np.exp(-_DEPTH * waves)
+    rest = response(waves) - response(np.array(1e3)) - rise * np.exp(-_DEPTH * waves)
     rest *= weights
-    places = np.linspace(0.0, _EVEN, 61)
-    places = np.append(
-        places, np.geomspace(_EVEN, far, math.ceil(math.log(far / _EVEN) / 0.03))[1:]
-    )
+    outer = np.geomspace(_EVEN, far, math.ceil(math.log(far / _EVEN) / 0.03))[1:]
+    places = np.append(np.linspace(0.0, _EVEN, 61), outer)
     phases = np.outer(places, waves)
     if transform == "radial":
         values = j0(phases) @ rest / (2.0 * math.pi)

@@ -401,11 +401,13 @@ class GridHalfSpace(ConvolvedBodies):
     def along_x(self, coupling: float, mean: float) -> GridHalfSpace:
         """The bodies under tractions along x; displacements are divided by ``mean``."""
         weights = 1.0 / mean, (2.0 * coupling - 1.0) / mean
-        return self._on(self.geometry, weights, self.film and self.film.along_x(mean))
+        film = self.film and replace(self.film, way="along", per=mean)
+        return self._on(self.geometry, weights, film)
 
     def alike(self, mean: float) -> GridHalfSpace:
         """The bodies under tractions, averaged over all directions; displacements over ``mean``."""
-        return self._on(self.geometry, self._weights, self.film and self.film.alike(mean))
+        film = self.film and replace(self.film, way="alike", per=mean)
+        return self._on(self.geometry, self._weights, film)
 
     def _on(self, grid: Grid, weights: tuple[float, float], film: Film | None) -> GridHalfSpace:
         """The bodies on a window of the same cells; the same object if nothing differs."""
