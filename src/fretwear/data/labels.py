@@ -37,7 +37,7 @@ from fretwear.results import (
     of_steps,
     scalars_of,
 )
-from fretwear.study.case_warnings import SMALL_ERROR, CaseWarning, case_warnings
+from fretwear.study.case_warnings import CaseWarning, case_warnings
 from fretwear.units import ContactFrame
 from fretwear.variable import Variable
 from fretwear.version import __version__, case_digest
@@ -131,11 +131,8 @@ def case_dataset(
 
 
 def _thinned(case: Case, fields: Mapping[str, ArrayLike]) -> float:
-    """Largest mean wear depth of the flat under the contact over the thickness of its coating.
-
-    It is zero if the layer hardly changes the pressure.
-    """
-    if case.coating is None or abs(case.coating_pressure_ratio - 1.0) < SMALL_ERROR:
+    """Largest mean wear depth of the flat under the contact over the thickness of its coating."""
+    if case.coating is None:
         return 0.0
     worn = np.asarray(fields.get("wear_depth_flat", fields["wear_depth"]), np.float64)
     touched = np.asarray(fields["contact_fraction"], np.float64)

@@ -131,7 +131,8 @@ def case_warnings(
         )
         detail = f"in {number_text(100.0 * beyond_friction, 2)} % of the stick zone"
         warnings.append(CaseWarning(what, detail))
-    if thinned > GREATEST_THINNING:
+    # A layer that hardly changes the pressure may wear.
+    if thinned > GREATEST_THINNING and abs(case.coating_pressure_ratio - 1.0) > SMALL_ERROR:
         what = "wears its coating thin, while the elastic layer keeps its thickness"
         detail = f"mean wear depth under the contact {100.0 * thinned:.0f} % of the thickness"
         warnings.append(CaseWarning(what, detail))
