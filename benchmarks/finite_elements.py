@@ -257,8 +257,9 @@ shear traction, the largest in the inner nine tenths of the stick zone.
 
 {table(titles, lines)}
 
-CalculiX needs {" and ".join(ratios)} times the processor time, for a contact without wear. Its stick edge is known to an element, and its shear
-traction oscillates inside the stick zone:
+CalculiX needs {" and ".join(ratios)} times the processor time, for a contact without wear. It locates the edge of the stick zone
+to within an element, and its shear traction oscillates inside. Its energy depends on what counts as slip: here the relative displacement less
+its elastic part, which is the shear traction over the stick stiffness.
 
 {{figure}}
 """

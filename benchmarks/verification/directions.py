@@ -94,8 +94,9 @@ def text(data: Data) -> str:
     rows = [[name, *(f"{share:.2%}" for share in row.values())] for name, row in data.items()]
     *_, before, last = CONTACT["output_cycles"]
     return f"""\
-`cerruti` leaves out traction across the direction of motion. Largest differences from `coupled` on the same cells, to cycle {before} and
-at cycle {last} (600 and 1000 where the smooth contact yields): slip and wear depth as ∫|Δs| / ∫s, energy relative to its largest value. In single cells beside the
+`cerruti` leaves out traction across the direction of motion. The table gives its largest differences from
+`coupled` on the same cells: ∫|Δs| / ∫s for slip, the same for wear depth, and the energy relative to its largest value. The first columns hold up to
+cycle {before}, the last two at cycle {last}; where the smooth contact yields, up to 600 and at 1000. In single cells beside the
 edge of stick, where wear at last gives it an infinite slope, slip differs by several per cent.
 
 {table(["", "slip", "wear depth", "deepest wear", "volume", "energy", "last volume", "last energy"], rows)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 import traceback
 from collections.abc import Callable, Collection, Mapping
@@ -107,7 +108,7 @@ def simulate_to_folder(
 
 def _count(folder: Path, study: Collection[str]) -> str:
     done = sum((folder / f"{case_id}.nc").exists() for case_id in study)
-    return f"{folder}: {done} of {len(study)} cases done"
+    return f"{os.path.normpath(folder)}: {done} of {len(study)} cases done"
 
 
 def failures(folder: Path) -> dict[str, str]:
