@@ -308,7 +308,9 @@ def test_cells_resolve_the_narrow_side_of_slip(ratio, friction, stress, expected
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("ratio", "friction", "stress"), [(0.4, 0.6, 0.286), (0.55, 0.45, 0.25)])
+@pytest.mark.parametrize(
+    ("ratio", "friction", "stress"), [(0.4, 0.6, 0.286), (0.55, 0.45, 0.25), (0.3, 0.5, 0.2)]
+)
 def test_cells_resolve_the_narrow_side_while_it_wears(ratio, friction, stress):
     """At every cycle to 1 % of quarter cells, and the wide side to a fifth of that."""
     given = {"indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "200 N/mm"}
