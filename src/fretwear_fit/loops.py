@@ -7,14 +7,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from fretwear.arrays import Array, Places
 from fretwear.units import BY_SI_UNIT, Dimension, QuantityError, listed, parse_quantity
 from fretwear_fit.readings import LARGEST_FORCE, check_sizes
 from fretwear_measured.tables import PLAIN, TABLES, Layout, Sought, Table, open_table
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _MOST_POINTS = 12  # of a table over cycles
 _DISORDER = 0.1  # of the displacement of a loop, by which noise may go back
@@ -85,6 +88,8 @@ def recording_of(path: Path, layout: Layout, force_unit: str) -> Recording:
 
 def _seconds(table: Table, number: int) -> Array | None:
     """Time of a column of numbers or of a clock, s."""
+    import pandas as pd  # takes half a second
+
     if (clock := table.words.get(number)) is not None:
         times = pd.to_datetime(clock, errors="coerce", dayfirst="." in clock.iloc[0][:6])
         seconds = (times - times.iloc[0]).dt.total_seconds()
@@ -248,6 +253,8 @@ def loop_history(path: str | Path, load: float, layout: Layout = PLAIN) -> pd.Da
 
 def split_recording(path: str | Path, load: float, layout: Layout = PLAIN) -> Loops:
     """The cycles of a recording, as `loop_history` has them, with their readings."""
+    import pandas as pd  # takes half a second
+
     recording = recording_of(Path(path), layout, "N")
     breaks = _breaks(recording)
     places = cycles_of(recording.displacement, breaks)
@@ -286,6 +293,8 @@ def histories(
     paths: Sequence[Path], load: float, layout: Layout = PLAIN
 ) -> tuple[pd.DataFrame, list[str]]:
     """The cycles of one recording, or of files with a loop or more of the cycle in their names."""
+    import pandas as pd  # takes half a second
+
     firsts, tables = _cycles_in_names(paths), []
     notes: dict[str, list[str]] = {}
     for path, first in zip(paths, firsts, strict=True):

@@ -16,12 +16,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import chain, product, repeat
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from fretwear.arrays import Array
 from fretwear.units import Dimension, QuantityError, listed, parse_quantity
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 TEXTS = (".csv", ".txt", ".dat", ".asc", ".tsv", ".prn")
 TABLES = (*TEXTS, ".lvm", ".tdms")
@@ -291,6 +294,8 @@ def open_table(path: Path, layout: Layout = PLAIN) -> Table:
 
 def table_of_text(text: str, layout: Layout = PLAIN) -> Table:
     """The table of a text; `QuantityError` says why it has none."""
+    import pandas as pd  # takes half a second
+
     lines = text.replace("−", "-").splitlines()
     rule = f"has {len(lines)} lines, and skip leaves none of them"
     ensure(not layout.skip >= len(lines) > 0, rule)
@@ -341,6 +346,8 @@ def _table(
 
 def _numbers(cells: pd.Series, decimal: str, layout: Layout) -> tuple[Array, pd.Series]:
     """The numbers of a column, NaN where it has none, and its cells that are no numbers."""
+    import pandas as pd  # takes half a second
+
     if cells.dtype.kind in "fi":
         return cells.to_numpy(float), cells[:0]
     text = cells.fillna("").astype(str).str.strip()
@@ -372,6 +379,7 @@ def _decimal_sign(rows: Sequence[str], separator: str | None) -> str:
 def _lvm_table(text: str, layout: Layout) -> Table:
     """The table of a LabVIEW measurement, whose parts follow each other."""
     import lvm_read
+    import pandas as pd  # takes half a second
 
     # Its `read` would also load a pickle beside the file, which may run code.
     content = lvm_read.read_str(text)
@@ -386,6 +394,7 @@ def _lvm_table(text: str, layout: Layout) -> Table:
 
 def _tdms_table(path: Path, layout: Layout) -> Table:
     """The channels of a TDMS file, the names of several groups in front of theirs."""
+    import pandas as pd  # takes half a second
     from nptdms import TdmsFile
 
     groups = TdmsFile.read(path).groups()
