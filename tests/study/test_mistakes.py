@@ -43,13 +43,14 @@ base/blocks: [{cycles: 9, radius: 9 mm}] | base/cycles | base.blocks[0].radius =
 base/diameter: 10 mm || base.diameter = 10 mm: is not known | the radius, half of it
 base/E: 208 GPa || base.E = 208 GPa: is not known | did you mean 'youngs_modulus'
 base/hardness: 3 GPa || base.hardness = 3 GPa: is not known | give plastic_limit
+vary/friction: {start: 0.1, stop: 0.5, num: 5} || friction.start = 0.1 | give a list of values
 base/displacement: 1 um || base.displacement = 1 um: is not known | give displacement_amplitude
 base/roughness: {kind: wavy, wavelength: 9 um} || roughness.wavelength = 9 um | give the slopes
-base/roughness: {kind: wavy, Sa: 1 um} || about 1.25 Sa
+base/roughness: {kind: wavy, Sa: 1 um} || self_affine roughness takes rms_height, about 1.25 times that
 base/load: [50 N, 60 N] | vary/load | belong into vary
 vary/material: [52100, copper] || vary.material | vary takes youngs_modulus
 base/roughness: 0.1 um || must be one of wavy | write {kind: wavy, …}
-base/roughness: {kind: wavy, Ra: 1 um} || about 1.25 Ra
+base/roughness: {kind: wavy, Ra: 1 um} || self_affine roughness takes rms_height
 base/blocks: [{cycles: 9}] || each block gives its cycles
 invalid: ignore || 'stop' or 'skip'
 base/material: titan | base/youngs_modulus, base/poisson_ratio | did you mean 'titanium'
