@@ -46,7 +46,7 @@ class SlidingRegime(IntEnum):
 
 # What the discretisation error of a scalar comes from; `fretwear.run.errors` has the rules.
 ErrorKind: TypeAlias = Literal[
-    "whole", "edge", "stick", "scar", "plastic", "volume", "depth", "cycle", "life", "peak"
+    "whole", "edge", "stick", "local", "plastic", "volume", "depth", "cycle", "life", "peak"
 ]
 
 

@@ -136,14 +136,16 @@ def test_each_material_keeps_its_plastic_limit(kind, coating, substrate):
             kind, coating, substrate, 0.3 * deepest(kind), 0.5 * WEAR, tolerance=tolerance
         )
         last, peak = states[-1], problem.hertz.peak_pressure
-        bare = problem.interface.reached(last.wear)
-        assert 0 < bare.sum() < bare.size
+        # Cells that the last step wears through bear what either material does.
+        through = problem.interface.reached(last.wear)
+        bare = problem.interface.reached(states[-2].wear)
+        assert 0 < bare.sum() < through.size
         assert last.pressure[bare].max() <= (1.0 + 1e-9) * substrate * peak
-        assert last.pressure[~bare].max() <= (1.0 + 1e-9) * coating * peak
+        assert last.pressure[~through].max() <= (1.0 + 1e-9) * coating * peak
         volumes.append(last.geometry.integral(last.wear))
     assert volumes[0] == near(volumes[1], rel=0.01)
     if coating > substrate:
-        assert last.pressure[~bare].max() > 1.2 * last.pressure[bare].max()
+        assert last.pressure[~through].max() > 1.2 * last.pressure[bare].max()
 
 
 @pytest.mark.slow

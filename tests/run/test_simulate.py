@@ -180,10 +180,10 @@ def test_half_domain_and_quarter_give_the_same_dataset(datasets):
             scale = float(np.abs(quarter[key.removesuffix("_error")]).max())
         if key == "stick_area_error":
             continue  # a cell of the coarser run sticks, or hardly does not
-        # Contacts are solved to this part of the displacement. Errors are differences of two
-        # of them, times up to 2.2; gaps open by about a hundredth of the displacement in the cell
-        # that a fraction divides.
-        times = 100.0 if key.endswith("_fraction") else 5.0 if key.endswith("_error") else 1.0
+        # Contacts at snapshots are solved to this part of the displacement, those between them to a
+        # hundred times as much, of which wear and plastic flow keep a fifth. Gaps open by about a
+        # hundredth of the displacement in the cell that a fraction divides.
+        times = 100.0 if key.endswith("_fraction") else 20.0
         atol = times * Accuracy().contact * scale
         np.testing.assert_allclose(corner[key], values, atol=atol, err_msg=key)
 
@@ -294,7 +294,7 @@ def test_edges_steps_and_peaks_are_uncertain_even_where_runs_agree():
     assert later == near(np.hypot(at_first, steps * case.tolerance))
     life = estimates([0.0, 0.0], values=[np.nan, 7.0], name="worn_through_cycle")[1]
     assert life == near(7.0 * MARGINS["life"].steps * case.tolerance)
-    np.testing.assert_allclose(estimates([0.0], name="peak_pressure", unresolved=0.5), 0.5)
+    np.testing.assert_allclose(estimates([0.0], name="peak_pressure", unresolved=0.5), 0.5, 1e-5)
     assert estimates([0.0], name="peak_pressure", unresolved=np.inf)[0] == np.inf
 
 
@@ -354,7 +354,7 @@ def test_late_wear_at_the_edge_of_stick_is_within_its_error():
 def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
     at = (10, 100, 1000, 3000)
     given = {"cell": None, "accuracy": "none", "output_cycles": at, "slip_model": "jaeger"}
-    case = make_case(load="40 N", friction=0.6, cycles=7000, **given)
+    case = make_case(load="40 N", friction=0.6, cycles=6000, **given)
     dataset = run(case).dataset
     finer = run(case.replace(tolerance=0.1 * case.tolerance, error_estimate=False)).dataset
     for name in ("approach", "wear_volume", "dissipated_energy", "stick_area"):

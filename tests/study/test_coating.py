@@ -169,7 +169,7 @@ def test_a_map_has_the_edge_of_the_exposed_substrate_and_a_warning_tells_of_thin
     thin = {"thickness": "0.1 um", "wear_coefficient": "5e-13 / Pa", "youngs_modulus": modulus}
     case = steel(coating={**HARD, **thin}, cell="16 um", cycles=1500, error_estimate=False)
     told: list[str] = []
-    worn, history, _ = run(case, warn=told.append)
+    worn, history, *_ = run(case, warn=told.append)
     assert len([text for text in told if "wears its coating thin" in text]) == warned
     assert history["exposed_area"].values[-1] == worn.exposed_area.values[-1]
     assert (np.diff(history["coating_left"]) <= 0.0).all()

@@ -212,7 +212,7 @@ class Measures:
         symbol="$b_x$",
         unit="µm",
         from_zero=False,
-        error_kind="scar",
+        error_kind="local",
     )
     def scar_half_width_x(self) -> float:
         """Half the extent over all lines, where the scar is deeper than 1 % of its maximum."""
@@ -225,7 +225,7 @@ class Measures:
         unit="µm",
         from_zero=False,
         across=True,
-        error_kind="scar",
+        error_kind="local",
     )
     def scar_half_width_y(self) -> float:
         """Half the extent over all lines, where the scar is deeper than 1 % of its maximum."""
@@ -303,7 +303,14 @@ class Measures:
             return self.state.geometry.largest_mean(pressure, min(self.problem.spacing))
         return float(pressure.max())
 
-    @scalar("Pa", "central pressure", symbol="$p(0)$", unit="MPa", is_headline=False)
+    @scalar(
+        "Pa",
+        "central pressure",
+        symbol="$p(0)$",
+        unit="MPa",
+        is_headline=False,
+        error_kind="local",
+    )
     def central_pressure(self) -> float:
         """Of the cell nearest the origin; zero if this cell is open, as in a valley of waves."""
         lines = self.state.geometry.axis_cells(0)
