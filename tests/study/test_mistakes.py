@@ -46,7 +46,7 @@ base/hardness: 3 GPa || base.hardness = 3 GPa: is not known | give plastic_limit
 vary/friction: {start: 0.1, stop: 0.5, num: 5} || friction.start = 0.1 | give a list of values
 base/displacement: 1 um || base.displacement = 1 um: is not known | give displacement_amplitude
 base/roughness: {kind: wavy, wavelength: 9 um} || roughness.wavelength = 9 um | give the slopes
-base/roughness: {kind: wavy, Sa: 1 um} || self_affine roughness takes rms_height, about 1.25 times that
+base/roughness: {kind: wavy, Sa: 1 um} || self_affine roughness takes rms_height
 base/load: [50 N, 60 N] | vary/load | belong into vary
 vary/material: [52100, copper] || vary.material | vary takes youngs_modulus
 base/roughness: 0.1 um || must be one of wavy | write {kind: wavy, …}
