@@ -127,7 +127,7 @@ largest tolerance, in steps of √10, with which its residual on these cells is 
 
 {table(["", "processor, s", "residual"], solves)}
 
-The next table has the processor time of {peer} over that of fretwear, in turn in one run, for the same residual. Wavy and self-affine are those of
+The next table has the processor time of {peer} over that of fretwear, in turn in one run for each contact. Wavy and self-affine are those of
 `studies/paper.yaml` and `studies/self_affine.yaml`.
 
 {table(["contact", "cells", "over the whole window", "over the quarter"], ratios)}
