@@ -145,28 +145,22 @@ def halved(field: Real) -> Real:
     return means
 
 
-def beyond_edges(pressure: Real, gap: Real) -> Real:
-    """A² s of each cell at the edges near it, from their pressure and the gap that opens there.
-
-    At a distance s inside an edge the pressure is A √s; at s outside, the gap is 4 A √s³ / 3E*. The
-    gap is in units of the pressure on a cell times its influence on itself.
-    """
-    # A² times the width of a cell: p² rises to one to two of these within two cells.
-    rise = np.square(pressure) / np.float32(1.5)
-    for field in (rise, rise.T) * 2:
-        np.maximum(field[1:], field[:-1], out=field[1:])
-        np.maximum(field[:-1], field[1:], out=field[:-1])
-    return np.cbrt(np.square(rise * gap / np.float32(_EDGE)))
-
-
 def refined(contact: Contact, self_influence: float) -> Array:
     """The pressure, Pa, of a contact on cells half as wide, with the same means.
 
-    The square of the pressure falls linearly through an edge if it goes on as `beyond_edges`.
+    At a distance s inside an edge the pressure is A √s; at s outside, the gap is 4 A √s³ / 3E*. So
+    A² s, which is p² inside and follows from the gap outside, is interpolated through the edge.
     """
     pressure, unit = scaled(contact.pressure)
-    beyond = beyond_edges(pressure, in_single(contact.gap, unit * self_influence))
-    squared = np.where(pressure > 0, np.square(pressure), -beyond)
+    squared = np.square(pressure)
+    # A² times the width of a cell: p² rises to one to two of these within two cells.
+    rise = squared / np.float32(1.5)
+    for field in (rise, rise.T) * 2:
+        np.maximum(field[1:], field[:-1], out=field[1:])
+        np.maximum(field[:-1], field[1:], out=field[:-1])
+    opened = in_single(contact.gap, unit * self_influence)
+    outside = np.cbrt(np.square(rise * opened / np.float32(_EDGE)))
+    squared = np.where(pressure > 0, squared, -outside)
     finer = np.sqrt(np.maximum(_halfway(_halfway(squared.T).T), 0.0))
     means = halved(finer)
     scale = np.divide(pressure, means, out=np.zeros_like(means), where=means > 0)
@@ -191,12 +185,9 @@ class ActiveSet:
     def __init__(self, problem: ContactProblem, bodies: ConvolvedBodies, start: Array) -> None:
         self.problem, self._bodies = problem, bodies
         self.convolutions = 0
-        self.restart(start)
-
-    def restart(self, start: Array) -> None:
-        """Restart from a pressure, scaled to the load and clipped to the bounds."""
-        self.pressure = self.problem.clip_to_load(np.ascontiguousarray(start, np.float64))
-        moved, unit = self._bodies.relative_displacement(self.pressure)
+        # The start is scaled to the load and clipped to the bounds.
+        self.pressure = problem.clip_to_load(np.ascontiguousarray(start, np.float64))
+        moved, unit = bodies.relative_displacement(self.pressure)
         self._place(np.multiply(moved, unit, dtype=float), _SINGLE)
         self.free = self._between_bounds()
         self._care = 1.0

@@ -689,10 +689,11 @@ def _moving_spots(geometry: Geometry, others: Mask, cells: Mask) -> int:
     from scipy.ndimage import binary_dilation, label  # commands that run no case do without
 
     beside = np.ones((3, 3), np.bool_)
-    spots, count = label(cells, beside)
-    alone = np.setdiff1d(np.arange(1, count + 1), spots[binary_dilation(others, beside)])
-    if not others.any():
+    near = binary_dilation(others, beside)
+    if not near.any() or not (cells & ~near).any():
         return 0
+    spots, count = label(cells, beside)
+    alone = np.setdiff1d(np.arange(1, count + 1), spots[near])
 
     def enclosed(zone: Mask) -> int:
         return int(zone.sum()) + open_within_outline(zone, geometry.x, geometry.y, geometry.even)
