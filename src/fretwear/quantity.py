@@ -310,14 +310,16 @@ class Quantity(Readable):
             return 0.0  # zero needs no unit
         if isinstance(value, FloatWithUnit):
             return value
-        per_length = self.in_frame(LINE_CONTACT)
-        if per_length is self or not isinstance(value, str):
+        lines = self.in_frame(LINE_CONTACT)
+        if lines is self or not isinstance(value, str):
             return parse_quantity(value, self.dimension, units_required=units_required)
         # The unit of a force tells its kind of contact; other units do not.
-        with suppress(QuantityError):
-            return FloatWithUnit(parse_quantity(value, per_length.dimension), per_length.si_unit)
-        number = parse_quantity(value, self.dimension, units_required=units_required)
-        return FloatWithUnit(number, self.si_unit)
+        try:
+            return FloatWithUnit(parse_quantity(value, self.dimension), self.si_unit)
+        except QuantityError:
+            with suppress(QuantityError):
+                return FloatWithUnit(parse_quantity(value, lines.dimension), lines.si_unit)
+            raise
 
     def in_frame(self, frame: ContactFrame) -> Quantity:
         """Return the parameter as a point or a line contact has it: a force may be per length."""

@@ -10,10 +10,11 @@ from __future__ import annotations
 import difflib
 import math
 import re
+import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from numbers import Real
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
@@ -147,6 +148,16 @@ class Dimension:
         """Whether values have no unit at all."""
         return self.si_unit == "1"
 
+    @cached_property
+    def sizes(self) -> dict[str, Decimal]:
+        """SI values of the units that people usually type, which need no parser."""
+        sizes = {self.typed: "1"}
+        for unit in self.units:
+            if not unit.is_power:
+                size = _DEGREE if unit.typed == "deg" else repr(unit.size)
+                sizes[unit.typed or unit.name] = size
+        return {typed: Decimal(size) for typed, size in sizes.items()}
+
 
 _PREFIXES = {"p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "": 1.0, "k": 1e3, "M": 1e6, "G": 1e9}
 
@@ -205,6 +216,8 @@ BY_SI_UNIT = {dimension.si_unit: dimension for dimension in (*DIMENSIONS, NUMBER
 @cache
 def _registry() -> Any:
     """Return pint's reader of units."""
+    if not sys.modules.get("pint"):  # not imported yet, or hidden from xarray
+        sys.modules.pop("pint", None)
     import pint  # takes a fifth of a second, too much for some commands
 
     registry: pint.UnitRegistry[Any] = pint.UnitRegistry(
@@ -295,6 +308,8 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
                 "law is divided by the hardness H: write k/H, such as 2e-13 / Pa"
             )
         raise QuantityError(rule, hint)
+    if unit in dimension.sizes:
+        return _finite(float(Decimal(written) * dimension.sizes[unit]), dimension)
     try:
         factor, dimensionality = _unit(unit)
     except QuantityError as error:

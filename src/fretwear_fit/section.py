@@ -14,7 +14,6 @@ from markupsafe import Markup
 from fretwear.cli.common import CommandError
 from fretwear.data.atomic import DataFileError
 from fretwear.data.groups import open_group
-from fretwear.report import Section, table_html
 from fretwear.units import QuantityError
 from fretwear_fit.fit import Record, parameter_table
 from fretwear_measured.tables import TABLES
@@ -22,10 +21,13 @@ from fretwear_measured.tables import TABLES
 if TYPE_CHECKING:
     from fretwear.figures.study import StudyFigure
     from fretwear.figures.style import JournalFigure
+    from fretwear.report import Section
 
 
 def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:
     """Yield the section on the fit beside a folder of case files, if there is one."""
+    from fretwear.report import Section
+
     path = cases.parent / "fit.json"
     if path.exists():
         body = _body(json.loads(path.read_bytes()))
@@ -35,6 +37,8 @@ def fit_sections(summary: xr.Dataset, cases: Path) -> Iterator[Section]:
 
 def _body(record: Record) -> Markup:
     """The section, of the content of ``fit.json``."""
+    from fretwear.report import table_html
+
     body = Markup("<p>χ² is {:.4g} with {} degrees of freedom, p = {:.2g}; {} runs.</p>").format(
         record["chi_square"], record["degrees_of_freedom"], record["p_value"], record["runs"]
     )

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 from fretwear.arrays import Array, Mask
 from fretwear.data.effects import point_values
@@ -316,6 +315,8 @@ def deviation_from_hertz(case: StudyCase) -> float:
     For one asperity it is the root mean square of the difference from the smooth contact with its
     curvatures and its load, cut at the plastic limit, over the root mean square of its pressure.
     """
+    from scipy.optimize import brentq  # takes a quarter of a second
+
     pressure, limit = case.field("pressure", 0), case.parameter("plastic_limit")
     _, peak = tip_contact(case)
     deviations, loads = [], []

@@ -13,7 +13,6 @@ from fretwear.cli.common import CommandError, Status, add_command, note, say
 from fretwear.cli.export import export
 from fretwear.cli.show import compare, show
 from fretwear.plugins import plugins
-from fretwear.study.mistakes import StudyError
 
 _WORKFLOW = "Steps of the workflow"
 
@@ -38,13 +37,16 @@ class _Commands(TyperGroup):
 
 def _status(error: BaseException) -> Status | None:
     """Return the exit status of an error whose message says all; None if it is a defect."""
-    if isinstance(error, CommandError | StudyError):
-        return getattr(error, "status", Status.WRONG_INPUT)
+    if isinstance(error, CommandError):
+        return error.status
     if isinstance(error, BrokenPipeError | typer.Exit | typer.TyperException):
         return None
 
     from fretwear.run.case_files import EXPECTED
+    from fretwear.study.mistakes import StudyError
 
+    if isinstance(error, StudyError):
+        return Status.WRONG_INPUT
     return Status.FAILED if isinstance(error, EXPECTED) else None
 
 
