@@ -1,15 +1,13 @@
 """The figures of whole studies: regimes of slip, files and their index."""
 
 import json
-import pickle
 
 import numpy as np
 import pytest
 import xarray as xr
 
 from fretwear import figures
-from fretwear.figures.study import relink_transforms, study_figures, write_study_figures
-from fretwear.figures.style import JournalFigure
+from fretwear.figures.study import study_figures, write_study_figures
 
 
 def test_a_fretting_map_shows_the_regime_over_load_and_displacement():
@@ -57,18 +55,6 @@ def test_a_study_has_its_figures_and_no_text_overlaps(small_study, check_texts):
         check_texts(figure.figure)
 
 
-def test_no_new_transform_takes_the_place_of_one_in_a_figure_of_another_process():
-    figure = JournalFigure(1, 60.0)
-    label = figure.subplots().xaxis.get_major_ticks()[0].label1.get_transform()
-    received, label = pickle.loads(pickle.dumps((figure, label)))  # noqa: S301
-    relink_transforms()
-    parents = vars(received.dpi_scale_trans)["_parents"]
-    assert [*parents] == [id(parent()) for parent in parents.values()]
-    lowest = label.transform((0.0, 0.0))
-    received.dpi *= 3.0
-    np.testing.assert_allclose(label.transform((0.0, 0.0)), 3.0 * lowest, rtol=1e-12)
-
-
 @pytest.mark.slow
 def test_files_and_index_agree(small_study, tmp_path):
     summary = small_study.summary.isel(normal_load=[0], roughness_amplitude=[0], plastic_limit=[0])
@@ -76,5 +62,8 @@ def test_files_and_index_agree(small_study, tmp_path):
     assert json.loads((tmp_path / "index.json").read_text(encoding="utf-8")) == entries
     files = {f"{entry['name']}.svg" for entry in entries}
     assert {path.name for path in tmp_path.iterdir()} == {*files, "index.json"}
+    assert write_study_figures(summary, small_study.cases, tmp_path / "2", processes=2) == entries
+    for name in (*files, "index.json"):
+        assert (tmp_path / name).read_bytes() == (tmp_path / "2" / name).read_bytes()
     nothing = summary.assign(status=summary["status"] + 1)
     assert [*study_figures(nothing, small_study.cases)] == []

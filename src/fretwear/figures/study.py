@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import gc
 import json
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from functools import partial
-from itertools import chain
+from itertools import islice, zip_longest
 from pathlib import Path
 from typing import NamedTuple
 
 import xarray as xr
 from matplotlib.figure import Figure
-from matplotlib.transforms import TransformNode
 
 from fretwear.data.atomic import write_text
 from fretwear.data.files import open_case, open_loops
@@ -50,37 +48,48 @@ class StudyFigure(NamedTuple):
     figure: Figure
 
 
-def study_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:
+def study_figures(
+    summary: xr.Dataset, cases: Path, first: int = 0, step: int = 1
+) -> Iterator[StudyFigure]:
     """Yield the figures of a merged study, whose case files are in the folder `cases`.
 
     They show the regimes of slip over load and displacement; results at every step; profiles and
     maps of a few representative cases and, of measured and random surfaces, gap and wear rate. A
-    study without finished points has no figures.
+    study without finished points has no figures. Only the `first` and every `step`-th figure after
+    it are drawn.
     """
+    for name, draw, common in islice(_drawings(summary, cases), first, None, step):
+        yield _described(name, draw(), common)
+
+
+def _drawings(summary: xr.Dataset, cases: Path) -> Iterator[tuple[str, Callable[[], Figure], str]]:
+    """Yield name, drawing and what the cases have in common, of every figure of a study."""
     if not (summary["status"] == PointStatus.DONE).any():
         return
     dims = summary["status"].dims
     if "normal_load" in dims and any(name in dims for name in WAYS):
-        yield _described("fretting_map", fretting_map(summary))
+        yield "fretting_map", partial(fretting_map, summary), ""
     # The tangential force is a result if a displacement is given.
     is_moved = "tangential_load" not in summary.coords and "tangential_load" not in summary
     results = [*width_names(summary), *_AREAS, "wear_volume", "dissipated_energy"]
     history = history_of(summary).load()
     for result in (*results, *(_OF_DISPLACEMENT if is_moved else ())):
         if result in summary and not is_constant(summary, result):
-            name = result.removesuffix("_x")
-            yield _described(name, scalar_history(summary, result, history))
+            draw = partial(scalar_history, summary, result, history)
+            yield result.removesuffix("_x"), draw, ""
     if "worn_through_cycle" in summary and summary["coating_thickness"].size > 1:
-        yield _described("coating_life", coating_life(summary))
+        yield "coating_life", partial(coating_life, summary), ""
     chosen = representative_cases(summary)
     paths = {title: cases / f"{case_id}.nc" for title, case_id in chosen.ids.items()}
     suffix = f"_by_{'_and_'.join(chosen.contrasts)}" if chosen.contrasts else ""
-    for name, figure in _figures_of_cases(paths, is_moved=is_moved):
-        yield _described(f"{name}{suffix}", figure, chosen.common)
+    for name, draw_cases in _drawings_of_cases(paths, is_moved=is_moved):
+        yield f"{name}{suffix}", draw_cases, chosen.common
 
 
-def _figures_of_cases(paths: Mapping[str, Path], *, is_moved: bool) -> Iterator[tuple[str, Figure]]:
-    """Yield names and figures that show several cases, by their titles, side by side."""
+def _drawings_of_cases(
+    paths: Mapping[str, Path], *, is_moved: bool
+) -> Iterator[tuple[str, Callable[[], Figure]]]:
+    """Yield names and drawings of figures that show several cases, by their titles."""
     with ExitStack() as stack:
         opened = {title: stack.enter_context(open_case(path)) for title, path in paths.items()}
         roughnesses = [
@@ -88,12 +97,12 @@ def _figures_of_cases(paths: Mapping[str, Path], *, is_moved: bool) -> Iterator[
         ]
         is_surface = any(rough and rough.get("kind") in _WITHOUT_PATTERN for rough in roughnesses)
         for name, field in {**_ALWAYS, **(_OF_SURFACES if is_surface else {})}.items():
-            yield f"{name}_profiles", field_profiles(opened, field)
+            yield f"{name}_profiles", partial(field_profiles, opened, field)
         if is_moved:
             loops = {title: stack.enter_context(open_loops(path)) for title, path in paths.items()}
-            yield "fretting_loops", fretting_loops(loops)
+            yield "fretting_loops", partial(fretting_loops, loops)
         if all("y" in case.dims for case in opened.values()):  # a line contact is uniform along y
-            yield "wear_map", wear_map(opened)
+            yield "wear_map", partial(wear_map, opened)
 
 
 def _described(name: str, figure: Figure, common: str = "") -> StudyFigure:
@@ -114,38 +123,23 @@ def write_study_figures(
 
     A figure of more than 1 MB is also written as PNG, which the report shows in its place.
 
-    Several processes write while this one draws. Returns the entries of the index, ``index.json``,
-    which is written last: name and caption.
+    Each of several processes draws its share of them. Returns the entries of the index,
+    ``index.json``, which is written last: name and caption.
     """
-    figures = chain(study_figures(summary.load(), cases), extra)
+    write = partial(_write_share, summary.load(), cases, folder, processes)
     with ProcessPoolExecutor(processes) as pool:
-        if processes > 1:
-            entries = [*pool.map(partial(_write_received, folder), figures)]
-        else:
-            entries = [_write(folder, drawn) for drawn in figures]
+        others = [pool.submit(write, first) for first in range(1, processes)]
+        added = [_write(folder, drawn) for drawn in extra]
+        shares = [write(0), *(share.result() for share in others)]
+    entries = [entry for turn in zip_longest(*shares) for entry in turn if entry] + added
     write_text(folder / "index.json", f"{json.dumps(entries, indent=1, ensure_ascii=False)}\n")
     return entries
 
 
-def relink_transforms() -> None:
-    """File the parents of every transform under their `id` in this process.
-
-    Matplotlib unpickles them under the `id` of the process that drew the figure. A new transform
-    that happens to have it would replace such a parent, whose labels would keep an old scale.
-    """
-    for node in gc.get_objects():
-        if isinstance(node, TransformNode):
-            references = node.__dict__["_parents"]
-            parents = [reference() for reference in references.values()]
-            references.clear()
-            for parent in parents:
-                if parent is not None:
-                    parent.set_children(node)
-
-
-def _write_received(folder: Path, drawn: StudyFigure) -> dict[str, str]:
-    relink_transforms()
-    return _write(folder, drawn)
+def _write_share(
+    summary: xr.Dataset, cases: Path, folder: Path, processes: int, first: int
+) -> list[dict[str, str]]:
+    return [_write(folder, drawn) for drawn in study_figures(summary, cases, first, processes)]
 
 
 def _write(folder: Path, drawn: StudyFigure) -> dict[str, str]:
