@@ -83,6 +83,13 @@ class Interface:
         moves = exposure > 0.0
         return np.where(moves, (end - start) / np.where(moves, exposure, 1.0), self.slope(end))
 
+    def cycles_left(self, wear: Array, rate: Array) -> float:
+        """Cycles after which a rate of wear, m, first reaches the interface; 0 if wear has."""
+        if self.reached(wear).any():
+            return 0.0
+        wears = rate > 0.0
+        return float(((self.depth - wear[wears]) / rate[wears]).min(initial=np.inf))
+
     @property
     def alone(self) -> Interface:
         """The interface by the wear depth of the flat alone."""

@@ -19,7 +19,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import pairwise
 from math import inf, isfinite, isnan, nan, sqrt
 from typing import Generic, TypeVar
 
@@ -28,7 +27,7 @@ import numpy as np
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.problem import Accuracy, ContactError, solve_contact
-from fretwear.mechanics.slip.models import Pressed, WearLayer
+from fretwear.mechanics.slip.models import Pressed
 from fretwear.mechanics.wear.stage import Dissipation, Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.wear.state import Stage, State, WearProblem, Workspace, YieldLimit
 from fretwear.mechanics.wear.window import first_cells, holding_cells, next_cells
@@ -61,8 +60,8 @@ _FIRST_STEP = 0.09
 # Each of the steps before a requested cycle leaves this part of the remaining way, until the way is
 # so many settling times of the pressure of a cell, or this part of a usual step.
 _LEFT, _SETTLED, _SHORTEST = 0.25, 1.5, 1e-3
-# Shorter steps that locate wear through: how many at most, and how far one passes the last place.
-_MOST_LOCATED, _BEYOND = 3, 1.05
+# Shorter steps that locate wear through: how many at most, and the part of the way that they take.
+_MOST_LOCATED, _BEFORE = 4, 0.9
 # A step shorter than this part of the usual one does not tell how fields change over the next.
 _SHORT = 0.5
 # Largest number of contacts of a loading, and of repeated loadings on cells that suit the loaded
@@ -176,40 +175,46 @@ class Integrator(ABC, Generic[StateT]):
         if step < length and factor >= 1.0:
             # A stop shortened the step, which says nothing about the next one.
             following = max(following, length)
-        if isnan(self.state.worn_through) and not isnan(state.worn_through):
-            state = self._with_wear_through(state)
-        self.state = replace(state, next_step=following)
+        through, spent = self.state.worn_through, 0
+        if isnan(through) and not self.left_of_coating(state):
+            through, spent = self._wear_through(state)
+        self.state = replace(
+            state,
+            next_step=following,
+            worn_through=through,
+            convolutions=state.convolutions + spent,
+        )
         return self.state
 
-    def _with_wear_through(self, state: StateT) -> StateT:
-        """The state after a step, with the first cycle of wear through by shorter steps.
+    def left_of_coating(self, state: StateT) -> float:
+        """Cycles in which the rate of wear of a state makes the first place bare; 0 if one is."""
+        del state
+        return inf
 
-        Pressure changes abruptly there, so that the pressures at the ends of a step that passes it
-        locate it poorly. A shorter step ends just beyond.
+    def _wear_through(self, state: StateT) -> tuple[float, int]:
+        """The first cycle of wear through, in a step to a state, and convolutions spent on it.
+
+        Pressure falls abruptly where a substrate is bare. So a shorter step ends just before, and
+        the rest follows from the rate of wear at its end.
         """
-        base, through = self.state, state.worn_through
-        length, spent = state.cycle - base.cycle, 0
+        base, spent = self.state, 0
+        longest = state.cycle - base.cycle
+        left = min(self.left_of_coating(base), longest)
         for _ in range(_MOST_LOCATED):
-            shorter = _BEYOND * (through - base.cycle)
-            if shorter >= length:
-                break
+            step = _BEFORE * left
             try:
-                attempted = self.attempt(shorter, base.cycle + shorter, output_step=False)
+                attempted = self.attempt(step, base.cycle + step, output_step=False)
             except (ContactError, np.linalg.LinAlgError):
                 break
-            if attempted is None or isnan(attempted[0].worn_through):
+            if attempted is None:
                 break
-            length, through = shorter, attempted[0].worn_through
-            spent += attempted[0].convolutions - base.convolutions
-        spent += state.convolutions
-        return replace(state, worn_through=through, convolutions=spent)
-
-
-def fraction_of_step(part: Array, start: Array, end: Array) -> Array:
-    """Fraction of a step in which a rate from ``start`` to ``end`` has added a part of the sum."""
-    added = np.clip(part, 0.0, 1.0) * (start + end)
-    root = np.sqrt(np.maximum(start**2 + (end - start) * added, 0.0))
-    return np.asarray(added / np.maximum(start + root, np.finfo(np.float64).tiny))
+            shorter, *_ = attempted
+            spent += shorter.convolutions - base.convolutions
+            rest = self.left_of_coating(shorter)
+            left, missed = min(step + rest, longest), left
+            if rest and left <= missed * (2.0 - _BEFORE):
+                break
+        return base.cycle + left, spent
 
 
 def march(
@@ -511,9 +516,6 @@ class Evolution(Integrator[State]):
         )
         state = self._ended(step, end, first, second, error)
         if accepted:
-            through = self._worn_through(step, (now, midway, last), first, second)
-            state = replace(state, worn_through=through)
-        if accepted:
             self._convolutions = 0
         return state, factor, accepted
 
@@ -522,37 +524,13 @@ class Evolution(Integrator[State]):
         depths = (setup.withheld_depth for setup in setups)
         return step * sum(w * d for w, d in zip(TR_BDF2.weights, depths, strict=True))
 
-    def _worn_through(
-        self, step: float, setups: Sequence[WearProblem], first: Stage, second: Stage
-    ) -> float:
-        """The cycle at which a coating is first worn through, in a step or before; else NaN.
-
-        The setups hold at the start of the step and at the end of each stage.
-        """
-        base, interface, middle = self.state, self.problem.interface, TR_BDF2.middle
-        if interface is None or not isnan(base.worn_through):
-            return base.worn_through
-        opens, model = 1.0 - self.problem.debris_fraction, self.problem.slip_model
-        pairs = pairwise(zip(setups, (base, first, second), (0.0, middle, 1.0), strict=True))
-        for (now, stage, start), (then, reached, end) in pairs:
-            cells = interface.reached(reached.wear) & ~interface.reached(stage.wear)
-            if not cells.any():
-                continue
-            rates = [
-                (setup.local_wear_growth * each.pressure)[cells]
-                for setup, each in ((now, stage), (then, reached))
-            ]
-            x = 0.5 * (end - start) * step * (rates[0] + rates[1])
-            gap, shift = stage.reduced.gap, reached.source_since(stage, model)
-            if opens:
-                inner = interface.opened(opens)
-                layer = WearLayer(stage.opening, gap, shift, gap, 0.0, interface=inner)
-                part = layer.crossing[cells] / (opens * x)
-            else:
-                part = (interface.depth - stage.wear)[cells] / (x * (gap + 0.5 * shift)[cells])
-            within = float(fraction_of_step(part, *rates).min())
-            return base.cycle + step * (start + (end - start) * within)
-        return nan
+    def left_of_coating(self, state: State) -> float:
+        """As in the base class: the coating left over β p g*."""
+        if (interface := self.problem.interface) is None:
+            return inf
+        problem = self.problem.of(state)
+        rate = problem.local_wear_growth * state.pressure * state.reduced.gap
+        return interface.cycles_left(state.wear, rate - problem.withheld_depth)
 
     def _ended(self, step: float, end: float, first: Stage, second: Stage, error: float) -> State:
         """The state after both stages, with rates that predict the next step."""

@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from math import ceil, inf, isnan, nan
+from math import ceil, inf, nan
 from typing import Self
 
 import numpy as np
@@ -34,7 +34,7 @@ from fretwear.mechanics.surfaces.coating import Interface
 from fretwear.mechanics.surfaces.laws import Means
 from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.mechanics.wear import integrator
-from fretwear.mechanics.wear.integrator import TOLERANCE, TR_BDF2, Integrator, fraction_of_step
+from fretwear.mechanics.wear.integrator import TOLERANCE, TR_BDF2, Integrator
 from fretwear.mechanics.wear.rubbing import Contacts, Rubbing, positions
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 
@@ -291,20 +291,18 @@ class _Slider(Integrator[StrokeState]):
             for weights in (TR_BDF2.weights, TR_BDF2.difference)
         )
         worn, allowed = base.worn + worn, integrator.OVERESTIMATE * self.tolerance
-        through = base.worn_through
         if (interface := self.interface) is not None:
-            added = worn[0] - base.worn[0]
-            worn[0] = interface.deepened(base.worn[0], added)
-            missed = np.stack([interface.slope(worn[0]), np.ones_like(added)]) * missed
-            cells = interface.reached(worn[0]) & ~interface.reached(base.worn[0])
-            if isnan(through) and cells.any():
-                part = (interface.depth - base.worn[0])[cells] / added[cells]
-                rate = started[0][cells], ended[0][cells]
-                through = base.cycle + step * float(fraction_of_step(part, *rate).min())
+            worn[0] = interface.deepened(base.worn[0], worn[0] - base.worn[0])
+            missed = np.stack([interface.slope(worn[0]), np.ones_like(worn[0])]) * missed
         error = float(np.abs(missed).sum() / max(worn.sum(), np.finfo(float).tiny)) / allowed
         state = self._state(end, base.step + 1, last, worn, sunk + last.flow)
-        state = replace(state, error_estimate=error * self.tolerance, worn_through=through)
+        state = replace(state, error_estimate=error * self.tolerance)
         return state, *integrator.assessed(error)
+
+    def left_of_coating(self, state: StrokeState) -> float:
+        """As in the base class, by the wear of the flat alone."""
+        interface = self.interface
+        return inf if interface is None else interface.cycles_left(state.worn[0], state.rates[0])
 
     def _state(
         self, cycle: float, step: int, contacts: Contacts, worn: Array, sunk: Array
