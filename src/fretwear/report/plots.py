@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from plotly.colors import sample_colorscale
-from plotly.subplots import make_subplots
 
 from fretwear.arrays import Array
 from fretwear.data.effects import (
@@ -35,7 +34,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 EXPLORED = ("pressure_profile", "shear_profile", "wear_profile")
 """Profiles of the explorer."""
 _MOST_LINES, _MOST_CASES, _MOST_PLACES, _DIGITS = 60, 36, 160, 4
-_WIDE = 8.0
+_WIDE, _BETWEEN = 8.0, 0.04
 _LAYOUT: dict[str, Any] = {
     "template": None,
     "font": {"family": "system-ui, sans-serif", "size": 13, "color": "#1b1f24"},
@@ -53,7 +52,7 @@ _AXIS: dict[str, Any] = {
 def rounded(values: Array) -> list[float | None]:
     """Return values with four digits, None for those that are not finite."""
     numbers = np.asarray(values, dtype=np.float64).tolist()
-    return [float(f"{v:.{_DIGITS}g}") if np.isfinite(v) else None for v in numbers]
+    return [float(f"{v:.{_DIGITS}g}") if math.isfinite(v) else None for v in numbers]
 
 
 def log_ticks(values: Array) -> dict[str, object]:
@@ -93,48 +92,52 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
     parts = of_cell[of_cell["where"].map(len) > 0]
     others = [parameter for parameter in points.levels if parameter not in (name, SEED)]
     second = next(iter(parts["where"].iloc[0] if len(parts) else others), "")
-    x, ticks = _places(points, name)
+    levels_x, ticks = _places(points, name)
     traces: list[dict[str, object]] = []
-    table = points.table[[*points.levels]].assign(x=x[points.place(name)], y=unit.of(values))
-    table = table.dropna(subset="y")
+    codes = {level: points.table[level].to_numpy() for level in points.levels}
+    x, y = levels_x[points.place(name)], unit.of(values)
+    known = np.flatnonzero(~np.isnan(y))
     if points.drawn:
         marker = {"size": 7, "color": COLOURS[0]}
-        xs, ys = rounded(table["x"]), rounded(table["y"])
+        xs, ys = rounded(x[known]), rounded(y[known])
         dots: dict[str, object] = {"x": xs, "y": ys, "mode": "markers", "marker": marker}
-        traces.append(dots | {"customdata": [*map(str, table.index)]})
+        traces.append(dots | {"customdata": [*map(str, points.table.index[known])]})
     else:
-        table = table.sort_values("x", kind="stable")
+        # Points of one combination of the other parameters follow each other, in the order of x.
+        rest = [codes[level] for level in points.levels if level not in (name, second)]
+        known = known[np.lexsort([key[known] for key in (x, *reversed(rest))])]
         levels = points.levels[second] if second else ("",)
         factors = {next(iter(row["where"].values())): row for _, row in parts.iterrows()}
         for place, (level, color) in enumerate(zip(levels, _colours(len(levels)), strict=True)):
-            here = table[table[second] == place] if second else table
+            here = known[codes[second][known] == place] if second else known
             label = value_text(second, level) if second else variable.label
             if level in factors:
                 label += f"  ×{factor_text(factors[level]['factor'])}"
-            rest = [parameter for parameter in points.levels if parameter not in (name, second)]
-            lines = [group for _, group in here.groupby(rest)] if rest else [here]
+            is_next = np.any([np.diff(key[here]) != 0 for key in rest], axis=0) if rest else []
+            lines = np.split(here, np.flatnonzero(is_next) + 1)
             shown = lines[:_MOST_LINES]
             # None breaks the line between two combinations.
             thin_x, thin_y = (
-                [place for line in shown for place in (*rounded(line[axis]), None)]
-                for axis in ("x", "y")
+                [place for line in shown for place in (*rounded(axis[line]), None)]
+                for axis in (x, y)
             )
             if len(lines) > 1:
                 thin = _line(thin_x, thin_y, color, 1, 4)
                 traces.append(thin | {"opacity": 0.35, "showlegend": False})
-            middle = here.groupby("x", as_index=False)["y"].agg(_mean)
-            thick = _line(rounded(middle["x"]), rounded(middle["y"]), color, 3, 8)
+            places = np.unique(x[here])
+            means = np.array([_mean(y[here][x[here] == each]) for each in places])
+            thick = _line(rounded(places), rounded(means), color, 3, 8)
             traces.append(thick | {"name": label})
     label = axis_label(parameter(name).words, ticks if isinstance(ticks, Unit) else NO_UNIT)
     of_x: dict[str, object] = {**_AXIS, "title": {**_AXIS["title"], "text": label}}
     if not isinstance(ticks, Unit):
-        span = [-0.2, x[-1] + 0.2]
-        of_x |= {"tickvals": x.tolist(), "ticktext": list(ticks), "range": span}
-    elif _is_wide(x):
-        of_x |= log_ticks(x)
+        span = [-0.2, levels_x[-1] + 0.2]
+        of_x |= {"tickvals": levels_x.tolist(), "ticktext": list(ticks), "range": span}
+    elif _is_wide(levels_x):
+        of_x |= log_ticks(levels_x)
     of_y: dict[str, object] = {**_AXIS, "rangemode": "tozero"}
-    if _is_wide(y := table["y"].to_numpy()):
-        of_y |= log_ticks(y)
+    if _is_wide(y[known]):
+        of_y |= log_ticks(y[known])
     layout = {
         **_titled(variable, unit),
         "showlegend": bool(second) and not points.drawn,
@@ -211,7 +214,7 @@ def _places(points: Points, name: str) -> tuple[Array, Unit | Sequence[str]]:
     return np.arange(len(levels), dtype=np.float64), [value_text(name, level) for level in levels]
 
 
-def _mean(values: pd.Series[float]) -> float:
+def _mean(values: Array) -> float:
     """Return the geometric mean, in agreement with factors; the mean if a value is zero."""
     return float(np.exp(np.log(values).mean()) if (values > 0.0).all() else values.mean())
 
@@ -242,19 +245,31 @@ def explorer(summary: xr.Dataset) -> dict[str, Any] | None:
         for curves in cases.values():
             curves[name] = [rounded(unit.of(row)) for row in curves[name]]
     sides = [titles[0], titles[-1]]
-    figure = make_subplots(
-        len(EXPLORED), len(sides), shared_xaxes="all", shared_yaxes=True,
-        vertical_spacing=0.04, horizontal_spacing=0.04,
-    )  # fmt: skip
     shades = sample_colorscale("Blues", np.linspace(0.35, 1.0, len(cycles)))
-    for column, title in enumerate(sides, 1):
-        for row, name in enumerate(EXPLORED, 1):
+    traces, axes = [], dict[str, Any]()
+    for column, title in enumerate(sides):
+        for row, name in enumerate(EXPLORED):
+            first_of_row = 1 + row * len(sides)
+            number = first_of_row + column if row + column else ""
+            is_lowest = row == len(EXPLORED) - 1
+            axes[f"xaxis{number}"] = {
+                **_AXIS, "domain": _part(column, len(sides)), "anchor": f"y{number}",
+                "matches": "x", "showticklabels": is_lowest,
+                "title": {**_AXIS["title"], "text": "x (µm)" if is_lowest else ""},
+            }  # fmt: skip
+            axes[f"yaxis{number}"] = {
+                **_AXIS, "domain": _part(len(EXPLORED) - 1 - row, len(EXPLORED)),
+                "anchor": f"x{number}", "matches": f"y{first_of_row if row else ''}",
+                "showticklabels": not column, "autorange": "reversed" if is_lowest else True,
+                "title": {**_AXIS["title"], "text": "" if column else labels[name]},
+            }  # fmt: skip
             for place, (cycle, shade) in enumerate(zip(cycles, shades, strict=True)):
-                figure.add_scatter(
-                    x=cases[title]["x"], y=cases[title][name][place], row=row, col=column,
-                    mode="lines", line={"color": shade, "width": 3 if cycle == cycles[-1] else 1},
-                    name=f"cycle {cycle_text(cycle)}", showlegend=False,
-                )  # fmt: skip
+                traces.append({
+                    "type": "scatter", "mode": "lines", "name": f"cycle {cycle_text(cycle)}",
+                    "x": cases[title]["x"], "y": cases[title][name][place], "showlegend": False,
+                    "xaxis": f"x{number}", "yaxis": f"y{number}",
+                    "line": {"color": shade, "width": 3 if cycle == cycles[-1] else 1},
+                })  # fmt: skip
     each = len(EXPLORED) * len(cycles)
     contents = {
         title: {"x": [curves["x"]] * each, "y": [row for name in EXPLORED for row in curves[name]]}
@@ -275,17 +290,18 @@ def explorer(summary: xr.Dataset) -> dict[str, Any] | None:
         "currentvalue": {"prefix": "Cycle "},
         "pad": {"t": 50},
     }
-    figure.update_layout(
-        _LAYOUT, height=780, hovermode="closest", margin={**_LAYOUT["margin"], "t": 10},
-        sliders=[slider] if len(steps) > 1 else [],
-    )  # fmt: skip
-    figure.update_xaxes(_AXIS)
-    figure.update_yaxes(_AXIS)
-    figure.update_xaxes(title_text="x (µm)", row=len(EXPLORED))
-    for row, name in enumerate(EXPLORED, 1):
-        figure.update_yaxes(title_text=labels[name], row=row, col=1)
-    figure.update_yaxes(autorange="reversed", row=len(EXPLORED))
-    return {**figure.to_plotly_json(), "cases": contents}
+    layout = {
+        **_LAYOUT, "height": 780, "hovermode": "closest",
+        "margin": {**_LAYOUT["margin"], "t": 10},
+        "sliders": [slider] if len(steps) > 1 else [],
+    }  # fmt: skip
+    return {"data": traces, "layout": layout | axes, "cases": contents}
+
+
+def _part(place: int, count: int) -> list[float]:
+    """Return both ends of one of `count` panels side by side in a figure of width 1."""
+    size = (1.0 - _BETWEEN * (count - 1)) / count
+    return [place * (size + _BETWEEN), place * (size + _BETWEEN) + size]
 
 
 def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list[Any]]]:
