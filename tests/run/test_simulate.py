@@ -312,6 +312,20 @@ def test_wear_usually_errs_as_the_energies_that_it_adds_up():
     np.testing.assert_allclose(found, MARGINS["volume"].usual * (0.1 / 1.1) / np.sqrt(3.0))
 
 
+def test_wear_through_a_coating_usually_errs_by_itself_too():
+    """The energy of a stroke has no error, but where the substrate is bare it wears more."""
+    one, names = np.ones(2), ("dissipated_energy", "wear_volume")
+    twin = {"dissipated_energy": one, "wear_volume": np.array([1.0, 1.1])}
+    runs = dict.fromkeys(names, one), twin
+    layer = {"thickness": "1 um", "youngs_modulus": "300 GPa", "poisson_ratio": 0.2}
+    worn = {"wear_coefficient": "1e-16 / Pa"}
+    for more, usual in (({}, 0.0), (worn, MARGINS["volume"].usual)):
+        case = make(coating={**layer, **more})
+        found = cell_errors(case, *runs, 2.0, 0.0 * one)["wear_volume"]
+        size = 0.1 / np.hypot(1.0, 1.1) / np.sqrt(3.0)
+        np.testing.assert_allclose(found[0], usual * size)
+
+
 def test_late_results_follow_the_time_in_which_load_leaves_the_slip_zone():
     """The load outside the stick zone falls to 1/e² of the whole, on cells of a/100."""
     case = make_case(roughness=None)
