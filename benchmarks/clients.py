@@ -22,6 +22,7 @@ import yaml
 
 from fretwear.data.export import WRITERS
 from fretwear.data.files import write_case
+from fretwear.data.merge import merge_study
 from fretwear.run.simulate import run
 from fretwear.run.workflow import SNAKEFILE, workspace
 from fretwear.study.reading import load_study
@@ -46,7 +47,7 @@ class Program(NamedTuple):
     depth: str  # Python that assigns `depth`, or a command of the shell that prints it
     reads: str
     advice: str = "–"
-    version: str = ""  # command that prints the version; empty for Python
+    version: str = ""  # command that prints the version among words; empty for Python
 
 
 CASE, MESH, MAP, STUDIES = "case files and summaries", "`--to vtk`", "`--to x3p`", "runs studies"
@@ -59,6 +60,17 @@ def refuse(*_, **__): raise OSError
 urllib.request.urlopen = refuse
 fields = {library}.read("case.nc")
 depth = next(f for f in fields if f.nc_get_variable() == "wear_depth").array[-1].max()
+"""
+# References to the bytes of a file have to give every number of it.
+REFERRED = """
+from pathlib import Path
+import xarray as xr
+{}
+for path in map(Path.resolve, (Path('summary.nc'), Path('case.nc'))):
+    with xr.open_dataset(path, engine='h5netcdf') as file:
+        found = xr.open_zarr({}, consolidated=False)
+        xr.testing.assert_equal(found.load(), file.load())
+depth = found.wear_depth[-1].values.max()
 """
 # A plug-in, which runs the study in a folder of its own.
 JOB = """
@@ -105,25 +117,27 @@ PROGRAMS = (
     ),
     Program(
         "VirtualiZarr", f"virtualizarr==2.5.1 {ZARR}",
-        "from pathlib import Path\nimport xarray as xr\nfrom obspec_utils.registry import ObjectStoreRegistry\n"
-        "from obstore.store import LocalStore\nfrom virtualizarr.parsers import HDFParser\n"
-        "store = HDFParser()(Path('case.nc').resolve().as_uri(), ObjectStoreRegistry({'file://': LocalStore()}))\n"
-        "depth = xr.open_zarr(store, consolidated=False, zarr_format=3).wear_depth[-1].values.max()",
+        REFERRED.format(
+            "from obspec_utils.registry import ObjectStoreRegistry\nfrom obstore.store import LocalStore\n"
+            "from virtualizarr.parsers import HDFParser",
+            "HDFParser()(path.as_uri(), ObjectStoreRegistry({'file://': LocalStore()})), zarr_format=3",
+        ),
         CASE, "see [a study in the cloud](#a-study-in-the-cloud)",
     ),
     Program(
-        "kerchunk", f"kerchunk==0.2.10 virtualizarr==2.5.1 {ZARR}",
-        "import kerchunk.hdf, xarray as xr\n"
-        "references = kerchunk.hdf.SingleHdf5ToZarr('case.nc').translate()\n"
-        "depth = xr.open_dataset(references, engine='kerchunk').wear_depth[-1].values.max()",
-        "fields of case files", "parameters, single numbers, become NaN or 0: use VirtualiZarr's own parser",
+        "kerchunk", f"kerchunk==0.2.10 {ZARR}",
+        REFERRED.format(
+            "from kerchunk.hdf import SingleHdf5ToZarr",
+            "'reference://', zarr_format=2, storage_options={'fo': SingleHdf5ToZarr(str(path)).translate()}",
+        ),
+        CASE, "write references by `kerchunk.hdf`; those of VirtualiZarr's `to_kerchunk` lose single numbers",
     ),
     Program(
         "R, ncdf4", "Rscript",
         "Rscript -e 'library(ncdf4); d <- ncvar_get(nc_open(\"case.nc\"), \"wear_depth\");"
         " cat(max(d[, , dim(d)[3]]))'",
         CASE, REVERSED,
-        "Rscript -e 'cat(as.character(packageVersion(\"ncdf4\")))'",
+        "Rscript -e 'packageVersion(\"ncdf4\")'",
     ),
     Program(
         "Octave, netcdf", "octave",
@@ -136,24 +150,24 @@ PROGRAMS = (
         "ncdump", "ncdump",
         "ncdump -p 9 -v maximum_wear_depth case.nc | tr -d ' ;' | grep '^maximum_wear_depth=' | tr , '\\n' | tail -n 1 | cut -d= -f2",
         "everything, as text", "`ncdump -h` shows names and units",
-        "ncdump 2>&1 | grep -o 'version [0-9.]*' | cut -d' ' -f2",
+        "ncdump",
     ),
     Program(
         "cdo", "cdo", "cdo -s outputf,%.9g,1 -fldmax -selname,wear_depth case.nc | tail -n 1",
         "fields of case files", "summaries: variables of two parameters or more are skipped",
-        "cdo --version 2>&1 | grep -o '[0-9.]*[0-9]' | head -n 1",
+        "cdo --version",
     ),
     Program(
         "nco", "ncks", "ncks -H -C -v maximum_wear_depth -d cycle,-1 -s '%.9g' case.nc",
         CASE, "joins cases of equal windows only; means count NaN outside the window: use `open_study`",
-        "ncks --version 2>&1 | grep -o 'version [0-9.]*' | head -n 1 | cut -d' ' -f2",
+        "ncks --version",
     ),
     Program(
         "GDAL", "gdalmdimtranslate",
         "gdalmdimtranslate -q -array 'name=wear_depth,view=[-1,...]' case.nc depth.tif"
         " && gdal_translate -q -of XYZ depth.tif /vsistdout/ | sort -g -k 3 | tail -n 1 | cut -d ' ' -f 3",
         "a map at a snapshot, by the command below", "its raster reader, which QGIS uses, shows x downwards",
-        "gdalinfo --version | grep -o '[0-9][0-9.]*[0-9]' | head -n 1",
+        "gdalinfo --version",
     ),
     Program(
         "vtk, ParaView's reader", "vtk==9.7.2",
@@ -241,7 +255,8 @@ def found(program: Program, environments: Path, folder: str) -> tuple[str, float
         if "==" in program.needs:
             place = environment(environments, program.needs, is_plugin=True)
             paths["PYTHONPATH"] = str(place)
-        command = ["bash", "-c", f"set -eo pipefail; {program.version}; echo; {program.depth}"]
+        number = f"({program.version}) 2>&1 | grep -oE '[0-9]+([.][0-9]+)+' | head -n 1"
+        command = ["bash", "-c", f"{number}; set -eo pipefail; {program.depth}"]
     done = subprocess.run(
         command, cwd=folder, check=True, capture_output=True, text=True, env=os.environ | paths
     )
@@ -260,9 +275,13 @@ def main() -> int:
         study = Path(folder, "studies/case.yaml")
         study.parent.mkdir()
         study.write_text(yaml.safe_dump(STUDY), encoding="utf-8")
-        (case,) = load_study(study).cases().values()
+        points = load_study(study)
+        ((case_id, case),) = points.cases().items()
         results = run(case)
-        write_case(results.dataset, results.history, Path(folder, "case.nc"))
+        stored = Path(folder, f"cases/{case_id}.nc")
+        write_case(results.dataset, results.history, stored)
+        shutil.copy(stored, Path(folder, "case.nc"))
+        merge_study(points, stored.parent, Path(folder, "summary.nc"))
         whole = results.dataset.fretwear.full()
         for ending, write in (WRITERS["vtk"], WRITERS["x3p"]):
             write(whole, Path(folder, f"case{ending}"))

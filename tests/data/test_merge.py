@@ -4,6 +4,7 @@ import json
 import math
 import re
 import shutil
+import tracemalloc
 from io import StringIO
 from pathlib import Path
 
@@ -27,6 +28,7 @@ from fretwear.data.files import (
     open_summary,
     read_case,
     reading,
+    survey,
     write_case,
 )
 from fretwear.data.merge import Tally, check_belongs, merge_study
@@ -38,8 +40,8 @@ from fretwear.results import FIELDS, RESULTS, SCALARS, PointStatus
 from fretwear.run.accuracy import ASKED
 from fretwear.study.plan import write_points
 
-from ..studies import WAVES, base, near, run_study
-from .conftest import study_in
+from ..studies import WAVES, base, computed, near, run_study, steel
+from .conftest import COARSE, study_in
 from .test_files import unreadable
 
 pytestmark = pytest.mark.slow
@@ -272,23 +274,37 @@ def test_points_and_results_have_the_same_columns_of_the_same_type(make_study, s
     pd.testing.assert_frame_equal(points[shared], results[shared], check_exact=True)
 
 
-def virtual(path, group=None):
-    """A file as references to its bytes, read by the library of Zarr."""
+def virtual(path, group):
+    """A file as references of VirtualiZarr to its bytes, read by the library of Zarr."""
     virtualizarr = pytest.importorskip("virtualizarr", reason="virtualizarr: every night")
     from obspec_utils.registry import ObjectStoreRegistry
     from obstore.store import LocalStore
 
     parser = virtualizarr.parsers.HDFParser(group=group)
     store = parser(path.resolve().as_uri(), ObjectStoreRegistry({"file://": LocalStore()}))
-    return xr.open_zarr(store, consolidated=False, zarr_format=3).load()
+    return xr.open_zarr(store, consolidated=False, zarr_format=3)
 
 
-def test_references_to_a_file_give_the_numbers_that_xarray_reads(make_study, merged):
-    folder = merged(make_study({"slip_model": ["jaeger", "cerruti"]}))
+def kerchunked(path, group):
+    """A file as references of kerchunk, likewise."""
+    hdf = pytest.importorskip("kerchunk.hdf", reason="kerchunk: every night")
+    references = hdf.SingleHdf5ToZarr(str(path)).translate()["refs"]
+    # A group of references is empty to `open_zarr`, without a word; its part is a file of its own.
+    place = f"{group}/" if group else ""
+    part = {n.removeprefix(place): each for n, each in references.items() if n.startswith(place)}
+    options = {"consolidated": False, "zarr_format": 2, "storage_options": {"fo": part}}
+    return xr.open_zarr("reference://", **options)
+
+
+@pytest.mark.parametrize("referred", [virtual, kerchunked])
+def test_references_to_a_file_give_the_numbers_that_xarray_reads(make_study, merged, referred):
+    """Every variable of cases and summaries: fields, single numbers, words and histories."""
+    words = {"slip_model": ["jaeger", "cerruti"], "plastic_limit": ["none", "4500 MPa"]}
+    folder = merged(make_study({**words, "roughness": ["none", ROUGH]}))
     for path in (folder / "summary.nc", *(folder / "cases").iterdir()):
         for group in (None, "history"):
             with xr.open_dataset(path, group=group) as expected:
-                found = virtual(path, group)
+                found = referred(path, group)
                 assert found.variables.keys() == expected.variables.keys()
                 for name, values in expected.variables.items():
                     np.testing.assert_array_equal(found[name], values, name)
@@ -420,9 +436,33 @@ def test_cases_are_read_in_a_third_of_the_time_that_plain_h5py_takes(loads):
             read(path)
         return process_time() - begin
 
-    read_case(files[0], headers)
-    ratios = [seconds(lambda path: read_case(path, headers)) / seconds(plain) for _ in range(9)]
+    code = survey(files[0], headers)[0]["code_digest"]
+
+    def merged(path):
+        survey(path, headers)
+        read_case(path, code, headers)
+
+    ratios = [seconds(merged) / seconds(plain) for _ in range(9)]
     assert min(ratios) < 1 / 3
+
+
+def test_a_merge_takes_no_memory_for_the_arrays_of_the_cases(make_study, tmp_path, monkeypatch):
+    """A case adds its texts and parameters, a few kB, whatever its arrays."""
+    monkeypatch.setattr("fretwear.data.merge._POINTS_AT_A_TIME", 16)
+    result, peaks = computed(steel(**COARSE, output_cycles=(0, 100, 1000))), []
+    for count in (32, 160):
+        frictions = {"friction": [round(0.5 + 1e-4 * i, 4) for i in range(count // 8)]}
+        study = make_study({"load": [f"{50 + i} N" for i in range(8)], **frictions})
+        for case_id in study.cases():
+            dataset = result.dataset.assign_attrs(case_id=case_id)
+            write_case(dataset, result.history, tmp_path / "cases" / f"{case_id}.nc")
+        tracemalloc.start()
+        merge_study(study, tmp_path / "cases", tmp_path / "summary.nc", keep_older=True)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    with open_summary(tmp_path / "summary.nc") as summary:
+        stored = sum(each.nbytes for each in summary.variables.values()) / 160
+    assert (peaks[1] - peaks[0]) / 128 < 0.5 * stored
 
 
 def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(

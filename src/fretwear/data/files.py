@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
+from types import EllipsisType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import h5py
@@ -79,26 +79,45 @@ RUN_AGAIN = "Remove the file and run the case again"
 _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
 
 
-def write_groups(path: str | os.PathLike[str], groups: Mapping[str, xr.Dataset]) -> None:
+def write_groups(
+    path: str | os.PathLike[str],
+    groups: Mapping[str, xr.Dataset],
+    pieces: Iterable[tuple[slice | EllipsisType, Mapping[str, ArrayLike]]] = (),
+    in_pieces: Collection[str] = (),
+) -> None:
     """Write datasets as groups of one file, the first one as its root; the file appears complete.
+
+    The values of the variables `in_pieces`, such as ``history/cycle``, come in `pieces`: a place on
+    the first axis, and values by name. Their arrays in the datasets are not written.
 
     Arrays are compressed by zlib (level 1, shuffled), which every reader of files in the cloud
     knows; each chunk has a checksum. A chunk has one cycle of a field or, in a merged study, one
     value of the first parameter. Text is written as `without_text` says. `DataFileError` if the
     disk is full or the folder, created if necessary, cannot be written to.
     """
-    values: list[tuple[ArrayLike, netCDF4.Variable[np.generic]]] = []
-    writer = SimpleNamespace(add=lambda source, target: values.append((source, target)))
+    values: dict[str, tuple[Any, Any]] = {}
     # `to_netcdf` would open the file for each group and end definitions for each variable, which
     # takes three times as long. `dump_to_store` is not documented; a test names its replacement.
     with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w") as file:
-        for name, labelled in groups.items():
-            content = without_text(labelled)
-            store = NetCDF4DataStore(file.createGroup(name) if name else file)  # type: ignore[no-untyped-call]
+        for group, labelled in groups.items():
+            content, writer = without_text(labelled), _Writer()
+            store = NetCDF4DataStore(file.createGroup(group) if group else file)  # type: ignore[no-untyped-call]
             encoding = {str(n): _encoding(v) for n, v in content.variables.items()}
             content.drop_encoding().dump_to_store(store, encoding=encoding, writer=writer)
-        for source, target in values:
+            values |= {f"{group}/{name}".lstrip("/"): pair for name, pair in writer.items()}
+        for name in values.keys() - {*in_pieces}:
+            source, target = values[name]
             target[...] = source
+        for place, arrays in pieces:
+            for name, array in arrays.items():
+                values[name][1][place] = array
+
+
+class _Writer(dict[str, tuple[Any, Any]]):
+    """What xarray would write, by name: values, and the variable that takes them."""
+
+    def add(self, source: Any, target: Any) -> None:
+        self[target.variable_name] = source, target
 
 
 def _encoding(variable: xr.Variable) -> dict[str, object]:
@@ -225,40 +244,53 @@ Headers: TypeAlias = dict[tuple[str, str], Header]
 """Headers by the digest of the code that wrote the file, and the name of the variable."""
 
 
-def read_case(
+def survey(
     path: str | os.PathLike[str], headers: Headers
-) -> tuple[dict[str, Any], dict[str, NDArray[np.generic]]]:
-    """Read the parts of a case in a merged study: attributes, and arrays by name.
+) -> tuple[dict[str, Any], dict[str, NDArray[Any]], int]:
+    """Check a case file; return its attributes, its axes and the number of accepted steps.
 
-    These are scalars, the fields of `MERGED_PROFILES` on the line of cells nearest y = 0, and the
-    `MERGED_HISTORIES`, named ``history/cycle``. Files of the same code share `headers`, which this
-    function completes: reading them takes ten times as long as the arrays. Raises the errors of
-    `open_case`.
+    Files of the same code share `headers`, which this function completes: reading them takes ten
+    times as long as the arrays. Raises the errors of `open_case`.
     """
-    with _hdf5(path) as opened:
-        file = opened.id
+    with _hdf5(path) as file:
         found = (name for name in _MERGED if h5py.h5a.exists(file, name.encode()))
         attributes = {name: _attribute(file, name) for name in found}
         names = [name for name in _names(file) if name not in _GROUPS]
-        if HISTORY_GROUP in opened:
-            steps = _names(h5py.h5g.open(file, HISTORY_GROUP.encode()))
-            names += _HISTORIES & {f"{HISTORY_GROUP}/{name}" for name in steps}
+        steps = 0
+        if HISTORY_GROUP.encode() in file:
+            inner = _names(h5py.h5g.open(file, HISTORY_GROUP.encode()))
+            names += _HISTORIES & {f"{HISTORY_GROUP}/{name}" for name in inner}
+            (steps,) = h5py.h5d.open(file, f"{HISTORY_GROUP}/{CYCLE.name}".encode()).shape
         _check_case(Path(path), attributes, names)
-        code = attributes.get(CODE_DIGEST.name, str(path))
+        code = attributes.setdefault(CODE_DIGEST.name, "") or str(path)
         if any((code, name) not in headers for name in names):
             headers.update(((code, name), header) for name, header in _read_headers(path))
-        kept, spaces = _HISTORIES | _PROFILES, dict[tuple[str, ...], h5py.h5s.SpaceID]()
-        arrays = {
-            name: _array(file, name, header, spaces)
-            for name, header in ((name, headers[code, name]) for name in names)
-            if name in kept or len(header.dims) == 1
-        }
+        axes = {CYCLE.name, X.name, Y.name} & {*names}
+        arrays = {name: _array(file, name, headers[code, name], {}) for name in axes}
     _check_axes(Path(path), arrays)
+    return attributes, arrays, steps
+
+
+def read_case(path: str | os.PathLike[str], code: str, headers: Headers) -> dict[str, NDArray[Any]]:
+    """Read the arrays of a case in a merged study, by name; `headers` are those of its `survey`.
+
+    These are the axes, scalars, the fields of `MERGED_PROFILES` on the line of cells nearest y = 0,
+    and the `MERGED_HISTORIES`, named ``history/cycle``. `DataFileError` if the file is damaged.
+    """
+    kept, of_axes = _HISTORIES | _PROFILES, {(CYCLE.name,), (X.name,), (Y.name,)}
+    arrays, spaces = dict[str, NDArray[Any]](), dict[tuple[str, ...], h5py.h5s.SpaceID]()
+    with _hdf5(path) as file:
+        for (digest, name), header in headers.items():
+            if digest == (code or str(path)) and (name in kept or header.dims in of_axes):
+                try:
+                    arrays[name] = _array(file, name, header, spaces)
+                except KeyError:  # another file of the same code has it
+                    continue
     if Y.name in arrays:
         middle = int(np.abs(arrays[Y.name]).argmin())
         for name in _PROFILES & arrays.keys():
             arrays[name] = arrays[name][..., middle].copy()
-    return attributes, arrays
+    return arrays
 
 
 # Below, calls of HDF5 replace ``file[name][()]``, ``file.attrs[name]`` and ``[*file]``, which take
@@ -279,6 +311,13 @@ def _array(
 _memory_type = cache(h5py.h5t.py_create)
 
 
+@cache
+def _access() -> h5py.h5p.PropFAID:
+    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
+    access.set_fclose_degree(h5py.h5f.CLOSE_STRONG)  # also after an error
+    return access
+
+
 def _attribute(file: h5py.h5f.FileID, name: str) -> Any:
     stored = h5py.h5a.open(file, name.encode())
     values = np.zeros(stored.shape or (), stored.dtype)  # an empty text has no shape
@@ -296,20 +335,21 @@ def _names(group: h5py.h5g.GroupID) -> list[str]:
 def _read_headers(path: str | os.PathLike[str]) -> Iterator[tuple[str, Header]]:
     with reading(path), netCDF4.Dataset(path) as file:
         _check_units(Path(path), {name: vars(v) for name, v in file.variables.items()})
-        for place, group in (("", file), (f"{HISTORY_GROUP}/", file[HISTORY_GROUP])):
+        groups = {name: file[name] for name in {HISTORY_GROUP} & file.groups.keys()}
+        for group, place in ((file, ""), *((group, f"{name}/") for name, group in groups.items())):
             for name, stored in group.variables.items():
                 attributes = {n: v for n, v in vars(stored).items() if n not in _OF_ENCODING}
                 yield f"{place}{name}", Header(stored.dimensions, stored.dtype, attributes)
 
 
 @contextmanager
-def _hdf5(path: str | os.PathLike[str]) -> Iterator[h5py.File]:
-    """Open a file by h5py, in a fiftieth of the time that the netCDF library takes.
+def _hdf5(path: str | os.PathLike[str]) -> Iterator[h5py.h5f.FileID]:
+    """Open a file by HDF5, in a hundredth of the time that the netCDF library takes.
 
     `DataFileError` if it is missing or damaged.
     """
     try:
-        with h5py.File(path) as file:
+        with closing(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, _access())) as file:
             yield file
     except (OSError, RuntimeError) as cause:
         raise read_error(Path(path), cause, RUN_AGAIN) from cause
@@ -322,7 +362,8 @@ def read_arrays(
 
     `DataFileError` if the file is missing or damaged.
     """
-    with _hdf5(path) as file:
+    with _hdf5(path) as opened:
+        file = h5py.File(opened)
         return {name: file[name][rows] for name in names if name in file}
 
 

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from copy import copy
 from os import PathLike
 from pathlib import Path
+from types import EllipsisType
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import (
     HISTORY_GROUP,
@@ -23,10 +27,11 @@ from fretwear.data.files import (
     Header,
     Headers,
     read_case,
+    survey,
     write_groups,
 )
 from fretwear.data.labels import FORMAT, history_line, study_attributes
-from fretwear.data.stack import NOT_DONE, common_positions, resampled
+from fretwear.data.stack import NOT_DONE, Window, common_positions, resampled, window
 from fretwear.results import (
     CASE_ID,
     CODE_DIGEST,
@@ -37,6 +42,7 @@ from fretwear.results import (
     WARNINGS,
     PointStatus,
     X,
+    Y,
 )
 from fretwear.study.case_warnings import CaseWarning, study_warnings
 from fretwear.study.mistakes import few_of
@@ -48,7 +54,8 @@ if TYPE_CHECKING:
     from fretwear.study.designs import Axis
     from fretwear.study.study import Study
 
-_MOST_SOURCES = 10
+_MOST_SOURCES, _POINTS_AT_A_TIME = 10, 256
+_OF_STEPS = tuple(f"{HISTORY_GROUP}/{name}" for name in MERGED_HISTORIES)
 Arrays: TypeAlias = dict[str, NDArray[Any]]
 
 
@@ -85,90 +92,39 @@ def merge_study(
     or if case files are damaged, belong to other cases or, unless `keep_older`, to other code; it
     then names them all.
     """
-    points = [(point.id, point.case) for point in study.points()]
-    names = {point.id: point.words for point in study.points()}
-    rows, headers, errors = dict[int, Arrays](), Headers(), list[DataFileError]()
-    stored: list[Mapping[str, Any]] = [{} for _ in points]  # attributes
-    status = np.full(len(points), PointStatus.INVALID, STATUS.dtype)
-    for number, (case_id, case) in enumerate(points):
-        if case is None:
-            continue
-        file = Path(cases) / f"{case_id}.nc"
-        status[number] = PointStatus.DONE if file.exists() else PointStatus.FAILED
-        if file.exists():
-            try:
-                stored[number], row = _read_case(file, case, keep_older, headers)
-                for section in study.added.values():
-                    extra = section.extra_results(file, row[CYCLE.name], tell)
-                    for each, values in extra.items():
-                        row[each.name] = values
-                        header = Header((CYCLE.name,), values.dtype, each.attributes)
-                        headers["", each.name] = header
-                rows[number] = row
-            except DataFileError as error:
-                errors.append(error)
-    if errors:
-        first, *others = errors
-        raise DataFileError(first.path, first.fault, "\n".join(map(str, (first.remedy, *others))))
-    if not rows:
-        fault = f"not written, because no case of the study is done in {cases}"
-        remedy = "Run the study; if it was run, its log says why every case failed"
-        raise DataFileError(Path(path), fault, remedy)
-    x = common_positions([row[X.name] for row in rows.values()])
-    cycles = np.unique(np.concatenate([row[CYCLE.name] for row in rows.values()]))
+    files = _CaseFiles(study, Path(cases), keep_older)
+    files.survey(tell)
+    if not files.windows:
+        raise files.error(Path(path))
     axes = {
-        CYCLE.name: xr.Variable((CYCLE.name,), cycles, CYCLE.attributes),
-        X.name: xr.Variable((X.name,), x, X.attributes),
+        axis.name: xr.Variable((axis.name,), np.array(values, axis.dtype), axis.attributes)
+        for axis, values in (
+            (CYCLE, sorted(files.cycles)),
+            (X, common_positions(files.windows)),
+            (STEP, range(files.steps)),
+        )
     }
-    places = {n: np.searchsorted(cycles, row[CYCLE.name]) for n, row in rows.items()}
-    heads = {name: header for (_, name), header in headers.items()}
-    scalars = {n: each for n, each in heads.items() if each.dims == (CYCLE.name,) and n not in axes}
-    profiles = {
-        name: Header((CYCLE.name, X.name), np.dtype(field.dtype), _profile_attributes(field))
-        for name, field in MERGED_PROFILES.items()
-    }
-    for row in rows.values():
-        for name, field in MERGED_PROFILES.items():
-            if field.name in row:
-                row[name] = resampled(row[field.name], [row[X.name]], [x], field.outside)
-    summary = _side_by_side(study, rows, places, scalars | profiles, axes)
-    of_steps = {name: f"{HISTORY_GROUP}/{name}" for name in MERGED_HISTORIES}
-    histories = {
-        number: {name: row[stored] for name, stored in of_steps.items() if stored in row}
-        for number, row in rows.items()
-    }
-    accepted = {n: np.arange(history[CYCLE.name].size) for n, history in histories.items()}
-    steps = max(accepted.values(), key=np.size).astype(STEP.dtype)
-    step = {STEP.name: xr.Variable((STEP.name,), steps, STEP.attributes)}
-    over_steps = {name: heads[stored] for name, stored in of_steps.items() if stored in heads}
-    history = _side_by_side(study, histories, accepted, over_steps, step)
+    merged = files.variables(axes)
     flags = {
         "long_name": STATUS.words,
         "flag_values": np.array(list(PointStatus), STATUS.dtype),
         "flag_meanings": " ".join(kind.word for kind in PointStatus),
     }
-    digests = [attributes.get(CODE_DIGEST.name, "") for attributes in stored]
-    lines = [str(attributes.get(WARNINGS.name, "")) for attributes in stored]
-    sources = sorted({attributes["source"] for attributes in stored if "source" in attributes})
-    coordinates, parameters = _columns(study, points)
-    summary = summary.assign(
-        {
-            STATUS.name: _laid(study, status, flags),
-            CODE_DIGEST.name: _laid(study, digests, CODE_DIGEST.attributes),
-            WARNINGS.name: _laid(study, lines, WARNINGS.attributes),
-            **parameters,
-        }
-    ).assign_coords(coordinates)
-    remarks = _remarks_on((digests[number], points[number][1]) for number in rows)
-    found = {points[n][0]: lines[n].splitlines() for n in rows}
-    remarks += study_warnings(
-        {names[n]: [*filter(None, map(CaseWarning.read, told))] for n, told in found.items()},
-        len(found),
-    )
+    coordinates, parameters = _columns(study)
+    of_steps = {n.rpartition("/")[2]: merged[n] for n in _OF_STEPS if n in merged}
+    history = xr.Dataset(of_steps, {STEP.name: axes.pop(STEP.name)})
+    of_cycles = {name: each for name, each in merged.items() if name not in _OF_STEPS}
+    of_points = {
+        STATUS.name: _laid(study, files.status, flags),
+        CODE_DIGEST.name: _laid(study, files.digests, CODE_DIGEST.attributes),
+        WARNINGS.name: _laid(study, files.warnings, WARNINGS.attributes),
+    }
+    summary = xr.Dataset({**of_cycles, **of_points, **parameters}, {**axes, **coordinates})
+    remarks = files.remarks()
     summary.attrs = {
         "title": study.title,
         **FORMAT,
-        "source": "; ".join(sources[:_MOST_SOURCES]),
+        "source": "; ".join(sorted(files.sources)[:_MOST_SOURCES]),
         "history": history_line(command),
         CODE_DIGEST.name: code_digest(),
         WARNINGS.name: "\n".join(remarks),
@@ -177,33 +133,147 @@ def merge_study(
         "study_file": json.dumps(study.content, default=str),
         **study_attributes(study.content),
     }
-    write_groups(path, {"": summary, HISTORY_GROUP: history})
+    pieces = files.pieces(axes[CYCLE.name].values, axes[X.name].values, merged)
+    write_groups(path, {"": summary, HISTORY_GROUP: history}, pieces, merged)
     for remark in few_of(remarks):
         tell(remark)
-    count = Counter(status.tolist())
+    count = Counter(files.status.tolist())
     return Tally(*(count[kind] for kind in PointStatus))
 
 
-def _read_case(
-    path: Path, case: Case, keep_older: bool, headers: Headers
-) -> tuple[dict[str, Any], Arrays]:
-    """Read a case at its snapshots; `DataFileError` if it cannot be used."""
-    attributes, arrays = read_case(path, headers)
-    if (stored_id := attributes[CASE_ID.name]) != case.case_id:
-        raise DataFileError(path, f"it holds another case, {stored_id}", RUN_AGAIN)
-    cycles, asked = arrays[CYCLE.name], np.array(case.output_cycles, np.float64)
-    if lacking := sorted({*asked} - {*cycles}):
-        numbers = ", ".join(f"{cycle:.0f}" for cycle in lacking)
-        raise DataFileError(path, f"it has no snapshot at cycle {numbers}", RUN_AGAIN)
-    if attributes.get(CODE_DIGEST.name) != case_digest(case) and not keep_older:
-        fault = "it was computed by another version of the code (its code_digest differs)"
-        raise DataFileError(path, fault, "Run the case again, or keep it with --keep-older")
-    if asked.size < cycles.size:
-        rows = np.searchsorted(cycles, asked)
-        code = attributes.get(CODE_DIGEST.name, str(path))
-        over_cycles = [n for n in arrays if headers[code, n].dims[0] == CYCLE.name]
-        arrays |= {name: arrays[name][rows] for name in over_cycles}
-    return attributes, arrays
+class _CaseFiles:
+    """The case files of a study: checked first, then read a few at a time."""
+
+    def __init__(self, study: Study, folder: Path, keep_older: bool) -> None:
+        self.study, self.folder, self.keep_older = study, folder, keep_older
+        self.headers, self.errors = Headers(), list[DataFileError]()
+        self.status = np.full(study.size, PointStatus.INVALID, STATUS.dtype)
+        self.digests, self.warnings = ([""] * study.size for _ in range(2))
+        self.sources, self.cycles, self.windows = set[str](), set[int](), set[Window]()
+        self.steps = 0  # of the longest history
+        self.done = dict[int, Sequence[int]]()  # cycles of a case, by the number of its point
+        self.extra = dict[int, Arrays]()  # results that sections add, over the cycles of the case
+
+    def survey(self, tell: Callable[[str], None]) -> None:
+        """Check all files, and read everything except the arrays."""
+        for number, point in enumerate(self.study.points()):
+            if point.case is not None:
+                self.status[number] = PointStatus.FAILED
+                if (file := self.folder / f"{point.id}.nc").exists():
+                    try:
+                        self._add(number, file, point.case, tell)
+                    except DataFileError as error:
+                        self.errors.append(error)
+
+    def _add(self, number: int, file: Path, case: Case, tell: Callable[[str], None]) -> None:
+        attributes, axes, steps = survey(file, self.headers)
+        if (stored_id := attributes[CASE_ID.name]) != case.case_id:
+            raise DataFileError(file, f"it holds another case, {stored_id}", RUN_AGAIN)
+        asked = np.array(case.output_cycles, np.float64)
+        if lacking := sorted({*asked} - {*axes[CYCLE.name]}):
+            cycles = ", ".join(f"{cycle:.0f}" for cycle in lacking)
+            raise DataFileError(file, f"it has no snapshot at cycle {cycles}", RUN_AGAIN)
+        if attributes[CODE_DIGEST.name] != case_digest(case) and not self.keep_older:
+            fault = "it was computed by another version of the code (its code_digest differs)"
+            raise DataFileError(file, fault, "Run the case again, or keep it with --keep-older")
+        for section in self.study.added.values():
+            for each, values in section.extra_results(file, asked, tell).items():
+                self.extra.setdefault(number, {})[each.name] = values
+                header = Header((CYCLE.name,), values.dtype, each.attributes)
+                self.headers["", each.name] = header
+        self.status[number], self.done[number] = PointStatus.DONE, case.output_cycles
+        self.digests[number] = sys.intern(attributes[CODE_DIGEST.name])
+        self.warnings[number] = attributes.get(WARNINGS.name, "")
+        self.sources |= {attributes["source"]} if "source" in attributes else set()
+        self.cycles.update(case.output_cycles)
+        self.windows.add(window(axes[X.name]))
+        self.steps = max(self.steps, steps)
+
+    def error(self, path: Path) -> DataFileError:
+        """The error of all files that cannot be used, or of a merged study without a case."""
+        if not self.errors:
+            fault = f"not written, because no case of the study is done in {self.folder}"
+            remedy = "Run the study; if it was run, its log says why every case failed"
+            return DataFileError(path, fault, remedy)
+        first, *others = self.errors
+        return DataFileError(first.path, first.fault, "\n".join(map(str, (first.remedy, *others))))
+
+    def remarks(self) -> list[str]:
+        """What is doubtful in the cases that are done, one sentence each."""
+        points = self.study.points()
+        numbers = {points[number].id: number for number in self.done}  # points may share a case
+        told = {
+            points[number].words: [*filter(None, map(CaseWarning.read, lines.splitlines()))]
+            for number in numbers.values()
+            if (lines := self.warnings[number])
+        }
+        older = _remarks_on((self.digests[number], points[number].case) for number in self.done)
+        return older + study_warnings(told, len(numbers))
+
+    def variables(self, axes: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
+        """The merged variables, as named in the file; all values are missing and take no memory."""
+        heads = {name: header for (_, name), header in self.headers.items()}
+        laid = {n: h for n, h in heads.items() if h.dims == (CYCLE.name,) and n not in axes}
+        for name, field in MERGED_PROFILES.items():
+            if field.name in heads:
+                along = CYCLE.name, X.name
+                laid[name] = Header(along, np.dtype(field.dtype), _profile_attributes(field))
+        laid |= {name: heads[name] for name in _OF_STEPS if name in heads}
+        variables = {}
+        for name, (dims, dtype, attributes) in laid.items():
+            shape = *self.study.shape, *(axes[dim].size for dim in dims)
+            empty = NOT_DONE if dtype.kind == "i" else math.nan
+            fill = {"_FillValue": empty} if empty == NOT_DONE else None
+            missing = np.broadcast_to(np.array(empty, dtype), shape)
+            variables[name] = xr.Variable((*self.study.sizes, *dims), missing, attributes, fill)
+        return variables
+
+    def pieces(
+        self, cycles: Array, x: Array, merged: Mapping[str, xr.Variable]
+    ) -> Iterator[tuple[slice | EllipsisType, Arrays]]:
+        """Yield the values of some points at a time: places on the first axis, arrays by name.
+
+        `cycles` and `x`, m, are those of the `merged` variables. Raises a `DataFileError` at the
+        end if files cannot be used.
+        """
+        shape = self.study.shape
+        inner = math.prod(shape[1:])
+        most = max(1, _POINTS_AT_A_TIME // inner)
+        for first in range(0, self.study.size // inner, most):
+            place = slice(first, first + most) if shape else ...
+            piece = {name: np.array(each[place], order="C") for name, each in merged.items()}
+            rows = {n: each.reshape(-1, *each.shape[len(shape) :]) for n, each in piece.items()}
+            numbers = range(first * inner, min((first + most) * inner, self.study.size))
+            for number in filter(self.done.__contains__, numbers):
+                for name, (along, values) in self._values(number, cycles, x).items():
+                    if name in rows:
+                        rows[name][number - numbers.start, along] = values
+            yield place, piece
+        if self.errors:
+            raise self.error(self.folder)
+
+    def _values(
+        self, number: int, cycles: Array, x: Array
+    ) -> dict[str, tuple[slice | NDArray[np.intp], NDArray[Any]]]:
+        """Values of a point by name, with their places on the axis of cycles or of steps."""
+        file = self.folder / f"{self.study.points()[number].id}.nc"
+        try:
+            arrays = read_case(file, self.digests[number], self.headers)
+        except DataFileError as error:
+            self.errors.append(error)
+            return {}
+        asked = np.array(self.done[number], np.float64)
+        rows, along = (np.searchsorted(each, asked) for each in (arrays[CYCLE.name], cycles))
+        values: dict[str, tuple[slice | NDArray[np.intp], NDArray[Any]]] = {
+            name: (slice(each.size), each) if name in _OF_STEPS else (along, each[rows])
+            for name, each in arrays.items()
+            if name not in (X.name, Y.name)
+        }
+        for name, field in MERGED_PROFILES.items():
+            if field.name in values:
+                _, stored = values[field.name]
+                values[name] = along, resampled(stored, [arrays[X.name]], [x], field.outside)
+        return values | {name: (along, each) for name, each in self.extra.get(number, {}).items()}
 
 
 def _profile_attributes(field: Variable) -> dict[str, object]:
@@ -218,52 +288,28 @@ def _profile_attributes(field: Variable) -> dict[str, object]:
     return {**field.attributes, "comment": "; ".join(filter(None, comments))}
 
 
-def _side_by_side(
-    study: Study,
-    rows: Mapping[int, Arrays],
-    places: Mapping[int, NDArray[np.intp]],
-    headers: Mapping[str, Header],
-    axes: dict[str, xr.Variable],
-) -> xr.Dataset:
-    """Variables of points, by number, along the axes of a study; NaN where a point has none.
-
-    `places` index the values of each point on the first axis of a variable.
-    """
-    variables = {}
-    for name, (dims, dtype, attributes) in headers.items():
-        there = {number: row[name] for number, row in rows.items() if name in row}
-        if not there:
-            continue
-        shape = [axes[dim].size for dim in dims]
-        empty = NOT_DONE if dtype.kind == "i" else math.nan
-        values = np.full((math.prod(study.shape), *shape), empty, dtype)
-        for number, stored in there.items():
-            values[number, places[number]] = stored
-        laid = values.reshape(*study.shape, *shape)
-        fill = {"_FillValue": empty} if empty == NOT_DONE else None
-        variables[name] = xr.Variable((*study.sizes, *dims), laid, attributes, fill)
-    return xr.Dataset(variables, axes)
-
-
-def _columns(
-    study: Study, points: Sequence[tuple[str, Case | None]]
-) -> tuple[dict[str, xr.Variable], dict[str, xr.Variable]]:
+def _columns(study: Study) -> tuple[dict[str, xr.Variable], dict[str, xr.Variable]]:
     """Coordinates (varied values, case ids, shared parameters), and parameters of single points.
 
     Varied values that are not single numbers (a roughness, a pair of moduli) are text, as written
     in the study file; a parameter that a point lacks is NaN or empty text.
     """
     columns, attributes = dict[str, list[float | str]](), dict[str, Mapping[str, object]]()
-    for number, (_, case) in enumerate(points):
-        for name, (value, units, words) in (case.scalar_coordinates() if case else {}).items():
-            attributes.setdefault(name, Variable(name, units, words=words).attributes)
+    done = []
+    for number, point in enumerate(study.points()):
+        if (case := point.case) is None:
+            continue
+        done.append(number)
+        # A copy takes what it has derived with it.
+        for name, (value, units, words) in copy(case).scalar_coordinates().items():
             number_or_text = value if isinstance(value, str) else float(value)
-            empty = "" if isinstance(value, str) else math.nan
-            columns.setdefault(name, [empty] * len(points))[number] = number_or_text
+            if name not in columns:
+                attributes[name] = Variable(name, units, words=words).attributes
+                columns[name] = ["" if isinstance(value, str) else math.nan] * study.size
+            columns[name][number] = number_or_text
     coordinates, parameters = dict[str, xr.Variable](), dict[str, xr.Variable]()
     for axis in study.axes:
         coordinates[axis.coordinate] = _varied(study, axis, attributes.get(axis.coordinate))
-    done = [number for number, (_, case) in enumerate(points) if case is not None]
     for name, values in columns.items():
         if name in coordinates:
             continue
@@ -274,7 +320,7 @@ def _columns(
     if POINT.name in study.sizes:
         numbers = np.arange(study.size, dtype=POINT.dtype)
         coordinates[POINT.name] = xr.Variable((POINT.name,), numbers, POINT.attributes)
-    ids = [case_id for case_id, _ in points]
+    ids = [point.id for point in study.points()]
     coordinates[CASE_ID.name] = _laid(study, ids, CASE_ID.attributes)
     return coordinates, parameters
 

@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -32,23 +32,31 @@ NOT_DONE = -1
 """Value of ``contact_state`` at missing points and cycles, where other fields are NaN."""
 
 
-def common_positions(cases: Collection[Array]) -> Array:
-    """Return positions, m, common to all cases, given the cell centres of each.
+Window: TypeAlias = tuple[float, float, int]
+"""First and last cell centre of a case, m, and number of cells."""
+
+
+def window(cells: Array) -> Window:
+    """Return the window of a case from its cell centres, m."""
+    return float(cells[0]), float(cells[-1]), cells.size
+
+
+def common_positions(cases: Collection[Window]) -> Array:
+    """Return positions, m, common to all cases, given the window of each.
 
     These are the centres of cells of the finest spacing, up to the end of the largest window. If
     all cases have one spacing, they are the cells of the cases, and interpolation changes no value.
     """
-    ends = {(float(cells[0]), float(cells[-1]), cells.size) for cells in cases}
     windows = [
         ((last - first) / (size - 1) if first < 0.0 else 2.0 * first, last)
-        for first, last, size in ends
+        for first, last, size in cases
     ]
     spacing = min(step for step, _ in windows)
     length = max(last + 0.5 * step for step, last in windows)
     # The margin keeps the last bit of the division from adding a cell.
     number = math.ceil(length / spacing * (1.0 - 1e-9))
     x = (np.arange(number, dtype=np.float64) + 0.5) * spacing
-    return np.concatenate([-x[::-1], x]) if any(first < 0.0 for first, *_ in ends) else x
+    return np.concatenate([-x[::-1], x]) if any(first < 0.0 for first, *_ in cases) else x
 
 
 def resampled(
@@ -136,7 +144,8 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     except DataFileError:
         summary.close()
         raise
-    stacked, rows = summary, [axes[2] for _, axes in filter(None, cases.flat) if len(axes) == 3]
+    done = filter(None, cases.flat)
+    stacked, rows = summary, {window(axes[2]) for _, axes in done if len(axes) == 3}
     if rows:
         stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(rows), Y.attributes)})
     axes = [stacked[name].to_numpy() for name in dims]
