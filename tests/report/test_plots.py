@@ -47,6 +47,15 @@ def test_a_curve_runs_through_the_values_of_each_level(crossing):
     assert figure["layout"]["xaxis"]["title"]["text"] == "Normal load (N)"
 
 
+def test_the_key_of_a_curve_has_the_mean_factor_and_the_range_over_the_other_parameters():
+    powers = np.array([[1.0, 2.0], [-1.0, -2.0]])  # of the load, by friction and radius
+    levels = {**LEVELS, "radius": [1e-3, 2e-3]}
+    points = Points.of(listed(1e-18 * LOADS[:, None, None] ** powers, levels))
+    lines = curve(points, effects_table(points), "wear_volume", "load")["data"]
+    named = [line["name"] for line in lines if "name" in line]
+    assert named == ["0.3  ×22.6 (8.00–64)", "0.6  ×0.044 (0.016–0.12)"]  # 8^1.5 and its inverse
+
+
 def test_a_sampled_study_has_shares_of_the_variance_and_dots():
     unit = qmc.LatinHypercube(2, seed=3).random(64)
     points = Points.of(sampled(unit, 1e-18 * np.exp(2.0 * unit[:, 0] - unit[:, 1])))
@@ -86,6 +95,7 @@ def test_a_result_of_a_sample_over_the_cycles_has_the_curve_of_every_dot():
     *_, median, chosen = figure["data"]
     assert median["y"] == pytest.approx([np.median(dots["y"])], rel=1e-3)
     assert chosen["x"] == []
+    assert figure["layout"]["xaxis"]["range"][1] > 2.0  # room for the label of the last cycle
 
 
 @pytest.mark.parametrize("span", [(2.1, 90.0), (3.0, 30.0), (1.0, 9.0), (0.3, 5e4)])

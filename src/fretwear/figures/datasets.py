@@ -56,6 +56,14 @@ class Profiles:
         """Whether one side shows everything."""
         return bool(self.x[0] > 0.0)
 
+    @property
+    def from_middle(self) -> tuple[Array, Array]:
+        """Cell centres and values, with the cell beyond x = 0 of an even profile, (m,), (k, m)."""
+        beyond = self.x[:1], self.values[:, :1]
+        if not self.is_even:
+            return self.x, self.values
+        return np.append(-beyond[0], self.x), np.hstack([beyond[1], self.values])
+
 
 def profiles_of(
     dataset: xr.Dataset,

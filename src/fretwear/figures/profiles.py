@@ -183,11 +183,11 @@ def draw_profiles(
     Panels may share a `frame`; by default it fits these profiles.
     """
     frame = frame or frame_of([profiles])
-    x = MICROMETRE.of(profiles.x)
+    x, rows = profiles.from_middle
     shade_stick(axes, profiles)
-    for cycle, values in zip(profiles.cycles, profiles.values, strict=True):
-        color = colors[int(cycle)]
-        axes.plot(x, frame.unit.of(values), color=color, label=cycle_text(cycle))
+    for cycle, values in zip(profiles.cycles, rows, strict=True):
+        color, y = colors[int(cycle)], frame.unit.of(values)
+        axes.plot(MICROMETRE.of(x), y, color=color, label=cycle_text(cycle))
     write_peak(axes, profiles, frame)
     frame.apply(axes, profiles.field)
 
@@ -195,13 +195,14 @@ def draw_profiles(
 def draw_filled(axes: Axes, profiles: Profiles, frame: Frame | None = None) -> None:
     """Draw the last profile, filled, over a strip of its zones and before the line of the first."""
     frame = frame or frame_of([profiles])
-    x, values = MICROMETRE.of(profiles.x), frame.unit.of(profiles.values)
-    if len(values) > 1 and profiles.values[0].any():
+    x, values = profiles.from_middle
+    x, values = MICROMETRE.of(x), frame.unit.of(values)
+    if len(values) > 1 and values[0].any():
         axes.plot(x, values[0], color=CATEGORICAL[1], lw=_FIRST_WIDTH, label="_first")
     axes.fill_between(x, 0.0, values[-1], color=_FILL, lw=0)
     axes.plot(x, values[-1], color=INK, lw=_LAST_WIDTH, label=profiles.field.label)
     bottom, half = -_STRIP * float(frame.unit.of(frame.top)), 0.5 * float(x[1] - x[0])
-    extent = (float(x[0]) - half, float(x[-1]) + half, bottom, 0.0)
+    extent = (float(x[-profiles.x.size]) - half, float(x[-1]) + half, bottom, 0.0)
     axes.imshow(
         profiles.zones[-1:], ZONES, aspect="auto", extent=extent, vmin=0, vmax=len(ZONE_COLORS) - 1
     )

@@ -111,8 +111,6 @@ def _cell(effect: pd.Series, parts: pd.DataFrame) -> Cell:
         return Cell(key, f"±{50.0 * (high - low):.2g}\u00a0%", f"{low:.2f}–{high:.2f}")
     marks = {"→ 0": effect["vanishes"], "0 →": effect["appears"]}
     changes = [f"{mark} in {count}/{effect['pairs']}" for mark, count in marks.items() if count]
-    texts = [factor_text(value) for value in (low, high)]
-    spread = "–".join(texts) if texts[0] != texts[1] else ""
     shade = round(100.0 * min(1.0, abs(math.log(factor)) / _STRONG))
     opposed = low < 1.0 - UNCHANGED and high > 1.0 + UNCHANGED
     falls = parts["highest_factor"] < 1.0 - UNCHANGED
@@ -120,7 +118,7 @@ def _cell(effect: pd.Series, parts: pd.DataFrame) -> Cell:
     clear = bool(falls.any() and grows.any() and (falls | grows).all())
     is_same = max(abs(low - 1.0), abs(high - 1.0)) < UNCHANGED
     text = "=" if is_same else f"×{factor_text(factor)}"
-    spread = ", ".join(filter(None, [spread, *changes]))
+    spread = ", ".join(filter(None, [spread_text(effect), *changes]))
     return Cell(key, text, spread, shade, factor > 1.0, opposed, clear)
 
 
@@ -151,6 +149,12 @@ def factor_text(factor: float) -> str:
     if 0.1 <= factor < 10.0:
         return f"{factor:.2f}"
     return number_text(factor, 2 if factor < 0.1 else 3)
+
+
+def spread_text(effect: pd.Series) -> str:
+    """Return the least and the largest factor of an effect, if they differ: ``1.33–1.40``."""
+    ends = [factor_text(effect[end]) for end in ("lowest_factor", "highest_factor")]
+    return "–".join(ends) if ends[0] != ends[1] else ""
 
 
 def range_text(variable: Variable, values: Array) -> str:

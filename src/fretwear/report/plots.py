@@ -23,7 +23,7 @@ from fretwear.data.effects import (
 )
 from fretwear.data.files import MERGED_PROFILES
 from fretwear.figures.datasets import quantile_curves, study_curves
-from fretwear.report.matrix import factor_text
+from fretwear.report.matrix import factor_text, spread_text
 from fretwear.results import CASE_ID, POINT, STATUS, PointStatus
 from fretwear.study.parameters import parameter, value_text, words_text
 from fretwear.units import NO_UNIT, Unit, axis_label, cycle_text, number_text, readable_unit
@@ -35,6 +35,7 @@ EXPLORED = ("pressure_profile", "shear_profile", "wear_profile")
 """Profiles of the explorer."""
 _MOST_LINES, _MOST_CASES, _MOST_PLACES, _DIGITS = 60, 36, 160, 4
 _WIDE, _BETWEEN = 8.0, 0.04
+_MARGIN = 0.05  # decades beyond the last cycle, for its label
 _LAYOUT: dict[str, Any] = {
     "template": None,
     "font": {"family": "system-ui, sans-serif", "size": 13, "color": "#1b1f24"},
@@ -45,7 +46,7 @@ _LAYOUT: dict[str, Any] = {
 _AXIS: dict[str, Any] = {
     "showgrid": False, "zeroline": False, "showline": True, "linecolor": "#5b6570", "linewidth": 1,
     "ticks": "outside", "ticklen": 4, "tickcolor": "#5b6570", "exponentformat": "power",
-    "minexponent": 5, "automargin": True, "title": {"font": {"size": 13}},
+    "minexponent": 5, "automargin": True, "tickangle": 0, "title": {"font": {"size": 13}},
 }  # fmt: skip
 
 
@@ -62,7 +63,6 @@ def log_ticks(values: Array) -> dict[str, object]:
     ticks = [d * 10.0**k for k in range(math.floor(low), math.ceil(high) + 1) for d in digits]
     return {
         "type": "log",
-        "tickangle": 0,
         "tickvals": ticks,
         "ticktext": [number_text(tick).removeprefix("1·") for tick in ticks],
     }
@@ -112,7 +112,10 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
             here = known[codes[second][known] == place] if second else known
             label = value_text(second, level) if second else variable.label
             if level in factors:
-                label += f"  ×{factor_text(factors[level]['factor'])}"
+                spread = spread_text(factors[level])
+                label += f"  ×{factor_text(factors[level]['factor'])}" + f" ({spread})" * bool(
+                    spread
+                )
             is_next = np.any([np.diff(key[here]) != 0 for key in rest], axis=0) if rest else []
             lines = np.split(here, np.flatnonzero(is_next) + 1)
             shown = lines[:_MOST_LINES]
@@ -185,7 +188,12 @@ def courses(points: Points, history: xr.Dataset, result: str) -> dict[str, objec
     layout = {
         **_titled(variable, unit),
         "showlegend": False,
-        "xaxis": {**_AXIS, "title": {**_AXIS["title"], "text": "Cycle"}, **log_ticks(x)},
+        "xaxis": {
+            **_AXIS,
+            **log_ticks(x),
+            "title": {**_AXIS["title"], "text": "Cycle"},
+            "range": [math.log10(x[0]), math.log10(x[-1]) + _MARGIN],
+        },
         "yaxis": {**_AXIS, "rangemode": "tozero"} | (log_ticks(y) if is_wide else {}),
     }
     of_points, ids = {}, history[CASE_ID.name].values

@@ -95,9 +95,9 @@ def study_warnings(cases: Mapping[str, Sequence[CaseWarning]], count: int) -> li
             sentences.append(f"{replace(first, what=what + where)}")
             continue
         details = {warning.detail for _, warning in alike}
-        numbers = f" ({first.detail})" if len(details) == 1 else ""
+        numbers = first.detail if len(details) == 1 else f"such as {first.detail}{where}"
         remedy = f": {first.remedy}" if first.remedy else ""
-        sentences.append(f"{len(alike)} of {count} cases: the contact {what}{numbers}{remedy}")
+        sentences.append(f"{len(alike)} of {count} cases: the contact {what} ({numbers}){remedy}")
     return sentences
 
 
@@ -143,7 +143,7 @@ def case_warnings(
         measured or case.asked_accuracy
     ):
         what = f"is computed so coarsely that estimated errors exceed {100 * LARGE_ERROR:g} %"
-        warnings.append(CaseWarning(what, f"{words}: {100 * error:.0f} %"))
+        warnings.append(CaseWarning(what, f"{words}: {100 * error:.0f} %", "choose smaller cells"))
     return tuple(warnings)
 
 
