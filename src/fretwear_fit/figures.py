@@ -34,7 +34,7 @@ def fit_figure(
     x, readings, is_profile = along.of(places.values), unit.of(measured.values), si_unit == "m"
     figure = JournalFigure(1, _HEIGHT)
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-    upper.plot(x, readings, ".", ms=2.5, color=MUTED, label="measured")
+    keys = upper.plot(x, readings, ".", ms=2.5, color=MUTED)
     ends = unit.of(low), unit.of(high)
     if is_profile:
         upper.fill_between(x, *ends, color=CATEGORICAL[0], alpha=0.2, lw=0)
@@ -42,14 +42,16 @@ def fit_figure(
     else:
         upper.vlines(x, *ends, color=CATEGORICAL[0], alpha=0.2)
     line = "-" if is_profile else "_"
-    upper.plot(x, unit.of(best), line, ms=3, color=CATEGORICAL[0], label="fitted, 95 %")
+    keys += upper.plot(x, unit.of(best), line, ms=3, color=CATEGORICAL[0])
     upper.set_ylabel(f"{'Depth' if is_profile else 'Force'} ({unit.name})")
-    upper.legend()
+    upper.margins(x=0.02)
+    add_key(figure, keys, ["measured", "fitted, 95 %"])
     lower.axhline(0.0, lw=0.6, color=MUTED)
     lower.plot(x, readings - unit.of(best), ".", ms=2.5, color=MUTED)
     lower.set_xlabel(f"{'Position' if is_profile else 'Displacement'} ({along.name})")
     lower.set_ylabel(f"Residual ({unit.name})")
     title = str(measured.attrs["long_name"])
+    title = f"{title[:1].upper()}{title[1:]}"
     caption(figure, f"{title}: readings, fit with 95 % of its predictions, and residuals.")
     return figure
 

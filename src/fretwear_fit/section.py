@@ -48,7 +48,9 @@ def _body(record: Record) -> Markup:
         body += Markup("<h3>Correlations</h3>") + table_html(correlation, index=True)
     items = Markup("").join(Markup("<li>{}</li>").format(told) for told in record["warnings"])
     body += Markup("<h3>What the data leave open</h3><ul>{}</ul>").format(items) if items else ""
-    return body + Markup("<p>Further results are those of the values where the fit began.</p>")
+    return body + Markup(
+        "<p>All further results belong to the initial values of the study file, not to the fit.</p>"
+    )
 
 
 def fit_figures(summary: xr.Dataset, cases: Path) -> Iterator[StudyFigure]:

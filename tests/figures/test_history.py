@@ -171,14 +171,19 @@ def test_widths_of_smooth_bodies_change_without_a_step(smooth, zone):
     assert (np.diff(curve.cycles) > 0.0).all()
 
 
-def test_a_width_steps_where_a_spot_has_joined_the_zone():
-    steps = {"contact_radius": [1.0, 1.1, 2.0, 2.1], "contact_spots": [0, 0, 1, 0]}
-    history = xr.Dataset({name: ("step", values) for name, values in steps.items()})
-    (curve,) = study_curves(
-        history.assign_coords(cycle=("step", [0, 10, 20, 30])), "contact_radius"
-    )
-    assert curve.cycles.tolist() == [0, 10, 20, 20, 30]
-    assert curve.values.tolist() == [1.0, 1.1, 1.1, 2.0, 2.1]
+def test_a_width_steps_by_what_exceeds_its_growth_where_a_spot_has_joined_and_an_area_never():
+    widths = [1.0, 1.25, 2.5, 3.0, 3.25]
+    spots, cycles = ("step", [0, 0, 1, 1, 1]), ("step", [0, 10, 30, 40, 50])
+    history = xr.Dataset(dict.fromkeys(("contact_radius", "contact_area"), ("step", widths)))
+    history = history.assign(contact_spots=spots).assign_coords(cycle=cycles)
+    (curve,) = study_curves(history, "contact_radius")
+    assert curve.cycles.tolist() == [0, 10, 30, 30, 40, 40, 50, 50]
+    # The widths grow by 0.025 a cycle before the spots join: 1.25 + 20·0.025.
+    np.testing.assert_allclose(curve.values, [1.0, 1.25, 1.75, 2.5, 2.75, 3.0, 3.25, 3.25])
+    (area,) = study_curves(history, "contact_area")
+    assert area.values.tolist() == widths
+    fast = history.assign(contact_radius=("step", [1.0, 2.0, 2.5, 3.0, 3.25]))
+    assert study_curves(fast, "contact_radius")[0].values[2:4].tolist() == [2.5, 2.5]
 
 
 def test_a_wear_volume_begins_at_the_first_cycle_in_proportion_to_the_energy(smooth):

@@ -120,7 +120,7 @@ def test_the_first_screen_says_what_is_less_accurate_in_which_case_and_what_to_d
     told = []
     page = Page(build_report(finished.plan, summary, finished.folder, tell=told.append)[0])
     head = page.text.split("Wear volume ±", 1)[0]
-    assert re.search(r"largest error: [a-z ]+ ± [\d.]+ %", head)
+    assert re.search(r"largest error after the last cycle: [a-z ]+ ± [\d.]+ %", head)
     shown = [line.replace("`", "") for line in lines]  # the key is set as code
     for line in shown:
         assert line in page.text

@@ -127,8 +127,9 @@ def history_of(dataset: xr.Dataset) -> xr.Dataset:
 def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
     """Return a curve for each finished point of a study, at its snapshots or at its steps.
 
-    The width of a zone steps where a spot has joined its outline or left it. A wear volume has a
-    value at cycle 1, to which it grows in proportion to the dissipated energy.
+    The width of a zone steps where a spot has joined its outline or left it, by what exceeds the
+    growth at the rate before. A wear volume has a value at cycle 1, to which it grows
+    in proportion to the dissipated energy.
 
     The dataset is a merged study (varied names or ``point``, then ``cycle``), one case, or the
     history of either (…, ``step``). Raises a `ValueError` if it lacks the result.
@@ -140,7 +141,9 @@ def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
     # A result undefined over some cycles, as without a stick zone, leaves a gap in its line.
     always = dataset[_ALWAYS if _ALWAYS in dataset else name]
     none = xr.zeros_like(always)
-    spots = dataset.get(f"{name.partition('_')[0]}_spots", none)
+    zone, _, extent = name.partition("_")
+    # An area does not step: a spot has none when it joins.
+    spots = none if extent == "area" else dataset.get(f"{zone}_spots", none)
     energy = dataset.get("dissipated_energy", none) if name in _VOLUMES else none
     arrays = xr.broadcast(dataset["cycle"], dataset[name], always, spots, energy)
     cycles, values, there, moved, energies = (
@@ -153,7 +156,11 @@ def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
             continue
         x, y = cycles[place][stored], values[place][stored]
         steps = np.flatnonzero(moved[place][stored] > 0.0)
-        added, of_added = x[steps], y[steps - 1]
+        slopes = np.diff(y, prepend=y[0]) / np.diff(x, prepend=x[0] - 1.0)
+        for step in steps:
+            slopes[step] = slopes[step - 1]
+        added, grown = x[steps], slopes[steps - 1] * (x[steps] - x[steps - 1])
+        of_added = np.clip(y[steps - 1] + grown, *np.sort([y[steps - 1], y[steps]], axis=0))
         rates = energies[place][stored][:2]
         if rates.all() and x[0] == y[0] == 0.0 and x[1] > 1.0:
             # V is proportional to the energy since cycle 0, the integral of a linear rate.

@@ -180,8 +180,8 @@ def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
             share = float(shares.max(initial=0.0, where=np.isfinite(shares)))
             largest.append((share, points.variables[name].words))
     share, words = max(largest, default=(0.0, ""))
-    text = f"largest error: {words} ± {number_text(100.0 * share, 2)} %"
-    return [*facts, text] if words else facts
+    text = f"{words} ± {number_text(100.0 * share, 2)} %"
+    return [*facts, f"largest error after the last cycle: {text}"] if words else facts
 
 
 def _directions(plan: Plan) -> str:

@@ -33,7 +33,7 @@ COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
 """Colours that the colour-blind tell apart (Okabe and Ito)."""
 EXPLORED = ("pressure_profile", "shear_profile", "wear_profile")
 """Profiles of the explorer."""
-_MOST_LINES, _MOST_CASES, _MOST_PLACES, _DIGITS = 60, 36, 160, 4
+_MOST_LINES, _MOST_CASES, _MOST_PLACES, _DIGITS = 60, 36, 6000, 4
 _WIDE, _BETWEEN = 8.0, 0.04
 _MARGIN = 0.05  # decades beyond the last cycle, for its label
 _LAYOUT: dict[str, Any] = {
@@ -331,7 +331,7 @@ def _profiles(summary: xr.Dataset) -> Mapping[str, dict[str, list[Any]]]:
         touched = np.any([row > 1e-3 * row.max() for row in shown], axis=(0, 1))
         reach = 1.15 * np.abs(x[touched]).max(initial=0.0)
         drawn = np.flatnonzero(np.abs(x) <= reach)
-        drawn = drawn[:: -(-len(drawn) // _MOST_PLACES) or 1]
+        drawn = drawn[:: -(-len(drawn) * few.size // _MOST_PLACES) or 1]
         words = [words_text(name, values[place]) for name, values in varied.items()]
         title = ", ".join(words) or str(ids[place])
         title += f" ({place + 1})" if title in cases else ""
