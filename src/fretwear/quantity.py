@@ -253,9 +253,11 @@ class Quantity(Readable):
             return value
         if self.forms and isinstance(value, (Mapping, *self.forms)):
             return self._read_form(value, folder)
-        if self.places and is_list(value):
+        of_places = ", ".join(words.removeprefix("of ") for _, words in self.places)
+        if of_places and isinstance(value, Mapping):
+            raise QuantityError(self.dimension.expectation, f"two values are a list: [{of_places}]")
+        if of_places and is_list(value):
             if len(value) != len(self.places):
-                of_places = ", ".join(words.removeprefix("of ") for _, words in self.places)
                 rule = f"must be one value, or {len(self.places)}: [{of_places}]"
                 raise QuantityError(f"{rule}, but is a list of {len(value)}")
             item = self._item
@@ -288,12 +290,14 @@ class Quantity(Readable):
         none = self.infinite and (means_none(value) or (value is None and not units_required))
         if none or (self.infinite and value == math.inf and not units_required):
             return math.inf
-        number = math.nan
         if self.is_whole:
-            with suppress(QuantityError):
+            number, hint = math.nan, ""
+            try:
                 number = parse_quantity(value, self.dimension)
+            except QuantityError as error:
+                hint = error.hint
             if not number.is_integer():
-                raise QuantityError(f"must be a whole number such as {self.example}")
+                raise QuantityError(f"must be a whole number such as {self.example}", hint)
             number = int(number)
         else:
             number = self._parsed(value, units_required)
@@ -597,7 +601,7 @@ class Part:
             value = {"kind": value}
         if not isinstance(value, Mapping):
             rule = f"must be one of {', '.join(kinds)}"
-            usual = f"write {{kind: {next(iter(kinds))}, …}}"
+            usual = next((f"write {{kind: {n}, …}}" for n in kinds if required(kinds[n])), "")
             raise QuantityError(rule, did_you_mean(value, kinds) or usual)
         name = value.get("kind", next(iter(kinds)))
         if name not in [*kinds]:

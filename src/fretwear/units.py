@@ -269,7 +269,32 @@ def in_unit(value: _Value, si_unit: str) -> _Value | FloatWithUnit:
     return FloatWithUnit(value, si_unit) if isinstance(value, float) else value
 
 
-_HARDNESSES = ("HV", "HB", "HBW", "HK")
+# Units of workshops, with units of physics in their place.
+_IN_PHYSICS = {**dict.fromkeys(("HV", "HB", "HBW", "HK"), "kgf/mm^2"), "kg": "kgf", "rpm": "/ min"}
+_SEPARATED = re.compile(r"[+-]?\d+(?:[ ,_']\d+)+")
+_FAR = 1.5  # decades
+
+
+def _physical(written: str, unit: str, dimension: Dimension) -> str:
+    """Return a hint at the value in a unit of physics, for a unit of workshops."""
+    meant = _IN_PHYSICS.get(unit)
+    if meant is None or _unit(meant)[1] != _unit(dimension.typed)[1]:
+        return "convert it to HV, whose unit is kgf/mm^2" if unit.startswith("HR") else ""
+    number = float(Decimal(written) * _unit(meant)[0])
+    return f"did you mean '{written} {meant}', {format_quantity(number, dimension, 4)}?"
+
+
+def _likely_unit(written: str, dimension: Dimension) -> str:
+    """Return the unit of the example, or one that brings a number much nearer to the example."""
+    number, _, usual = dimension.example.partition(" ")
+    sizes = {usual: _unit(usual)[0], **dimension.sizes}
+    typical = Decimal(number) * sizes[usual]
+
+    def distance(unit: str) -> float:
+        return abs(math.log10(abs(Decimal(written) * sizes[unit] / typical) or 1.0))
+
+    best = min(sizes, key=distance)
+    return best if distance(usual) - distance(best) > _FAR else usual
 
 
 def parse_quantity(value: object, dimension: Dimension, *, units_required: bool = False) -> float:
@@ -280,6 +305,8 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
     ``1e-3`` as text.  Raises `QuantityError` if the value is not a finite number, or if its unit
     is missing, unknown or of another dimension.
     """
+    is_separated = isinstance(value, str) and _SEPARATED.match(value.strip())
+    separators = "numbers have a decimal point and no other separators" if is_separated else ""
     if isinstance(value, Real) and not isinstance(value, bool):
         try:
             number = _finite(float(value), dimension)
@@ -292,16 +319,15 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         match = _QUANTITY.fullmatch(value) if isinstance(value, str) else None
         if match is None:
             hint = "several values belong into vary of a study" if isinstance(value, list) else ""
-            raise QuantityError(dimension.expectation, hint)
+            raise QuantityError(dimension.expectation, hint or separators)
         written, unit = match["number"], match["unit"].strip()
     if dimension.is_plain_number:
         if unit not in ("", PERCENT.name):
-            raise QuantityError(f"{dimension.expectation}, without a unit")
+            raise QuantityError(f"{dimension.expectation}, without a unit", separators)
         return _finite(float(Decimal(written) / 100 if unit else written), dimension)
     if not unit:
-        usual = dimension.example.partition(" ")[2]
         rule = f"needs a unit: it is {dimension.name} such as {dimension.example}"
-        hint = f"did you mean '{written} {usual}'?"
+        hint = f"did you mean '{written} {_likely_unit(written, dimension)}'?"
         if dimension.si_unit == COMPLIANCE.si_unit:
             hint = (
                 f"write '{written} mm^3/(N m)' if that is meant; the dimensionless k of Archard's "
@@ -314,13 +340,12 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         factor, dimensionality = _unit(unit)
     except QuantityError as error:
         valid = [dimension.typed, *(usual.typed or usual.name for usual in dimension.units)]
-        hint = did_you_mean(unit, valid, cutoff=0.5)
-        if unit in _HARDNESSES and dimension.si_unit == "Pa":
-            hint = f"write '{written} kgf/mm^2', the unit of this hardness"
+        hint = _physical(written, unit, dimension) or did_you_mean(unit, valid, cutoff=0.5)
         raise QuantityError(f"{dimension.expectation}, but {error.rule}", hint) from error
     if dimensionality != _unit(dimension.typed)[1]:
         kind = _kind_of(dimensionality)
-        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}")
+        hint = _physical(written, unit, dimension)
+        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}", hint)
     return _finite(float(Decimal(written) * factor), dimension)
 
 

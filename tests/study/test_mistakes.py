@@ -43,12 +43,32 @@ base/blocks: [{cycles: 9, radius: 9 mm}] | base/cycles | base.blocks[0].radius =
 base/diameter: 10 mm || base.diameter = 10 mm: is not known | the radius, half of it
 base/E: 208 GPa || base.E = 208 GPa: is not known | did you mean 'youngs_modulus'
 base/hardness: 3 GPa || base.hardness = 3 GPa: is not known | give plastic_limit
-vary/friction: {start: 0.1, stop: 0.5, num: 5} || friction.start = 0.1 | give a list of values
+vary/friction: {start: 0.1, stop: 0.5, num: 5} || be a list | a sample takes {from: …, to: …}
+design: {kind: sobol, points: 8}, vary/load: {from: 4 N, to: 9 N, num: 3} || are from, to, scale
+output/cycles: all || output.cycles = all: must be a list of values
+output: [0, 9] || output = [0, 9]: must be a mapping | its keys are cycles
+base/coating: 3 um || its keys are thickness, youngs_modulus
+base/coating: {thickness: 3 um, material: TiN} || coating.material = TiN | only base takes it
+base/load: 2 kg | vary/load | did you mean '2 kgf', 19.61 N?
+base/frequency: 300 rpm || did you mean '300 / min', 5 Hz?
+base/plastic_limit: 60 HRC || convert it to HV
+base/plastic_limit: 2e9 || did you mean '2000000000 Pa'?
+base/roughness: {kind: wavy, amplitude: 1 um, slope_x: 0.02} || did you mean '0.02 rad'?
+base/radius: "10,5 mm" || numbers have a decimal point and no other separators
+base/cycles: 30 000 || must be a whole number such as 30000 | no other separators
+base/youngs_modulus: {ball: 2 GPa, flat: 1 GPa} || two values are a list: [body I, body II]
+base/amplitude: 1 um || it is a key of roughness; vary and --set take roughness.amplitude
+base/roughness: {rms_height: 1 um} || rms_height = 1 um: | it is a key of kind: self_affine
+base/hertz_pressure: 1 GPa || it is a result
+base/normal_load: 5 N || did you mean 'load'?
+base/slip_model: Coulomb || must be one of jaeger
+design: lhs || must be one of grid, zip, sobol | write {kind: sobol, …}
+base/material: steel | base/youngs_modulus, base/poisson_ratio | 'mild steel' or 'tool steel'?
 base/displacement: 1 um || base.displacement = 1 um: is not known | give displacement_amplitude
 base/roughness: {kind: wavy, wavelength: 9 um} || roughness.wavelength = 9 um | give the slopes
 base/roughness: {kind: wavy, Sa: 1 um} || self_affine roughness takes rms_height
 base/load: [50 N, 60 N] | vary/load | belong into vary
-vary/material: [52100, copper] || vary.material | vary takes youngs_modulus
+vary/material: [52100, copper] || vary.material | only base takes it: give youngs_modulus
 base/roughness: 0.1 um || must be one of wavy | write {kind: wavy, …}
 base/roughness: {kind: wavy, Ra: 1 um} || self_affine roughness takes rms_height
 base/blocks: [{cycles: 9}] || each block gives its cycles

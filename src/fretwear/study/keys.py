@@ -262,9 +262,13 @@ def _varied(key: Key) -> object:
     generic: Any = Range
     drawn: Any = generic[key.hint]
     either = Annotated[listed, Tag(LISTED)] | Annotated[drawn, Tag(RANGE)]
-    return Annotated[
-        either, Discriminator(lambda value: RANGE if isinstance(value, Mapping | Range) else LISTED)
-    ]
+    return Annotated[either, Discriminator(lambda value: RANGE if _is_range(value) else LISTED)]
+
+
+def _is_range(value: object) -> bool:
+    return isinstance(value, Range) or (
+        isinstance(value, Mapping) and bool({"from", "to"} & {*value})
+    )
 
 
 def _possible(name: str, key: Parameter) -> Iterable[tuple[str, Parameter]]:

@@ -15,7 +15,7 @@ from typing import Annotated
 from pydantic import PlainValidator, WithJsonSchema
 
 from fretwear.quantity import Schema, each, is_list
-from fretwear.units import QuantityError, did_you_mean
+from fretwear.units import QuantityError, did_you_mean, listed
 
 MATERIAL = "material"
 PROPERTIES = ("youngs_modulus", "poisson_ratio")
@@ -45,7 +45,9 @@ def row_of(name: object) -> Mapping[str, str] | None:
 def _known(name: object) -> object:
     if row_of(name) is None:
         rule = "must be a material of the table, or a pair of them"
-        raise QuantityError(rule, did_you_mean(name, [*material_table(), "100Cr6"]))
+        alike = [repr(row) for row in material_table() if str(name).casefold() in row.casefold()]
+        near = did_you_mean(name, [*material_table(), "100Cr6"]) or "fretwear schema lists them"
+        raise QuantityError(rule, f"did you mean {listed(alike, 'or')}?" if alike else near)
     return name
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -18,7 +18,7 @@ Form = TypeVar("Form")
 
 LISTED, RANGE = "[]", "{}"
 """What tells a list of values from a range where either may be; no key of a file."""
-_LONGEST_VALUE = 60
+_LONGEST_VALUE, _FEW_KEYS = 60, 12
 # Words for keys on other pages, and what to write here.
 _OTHER_WORDS = {
     "diameter": "give the radius, half of it",
@@ -27,13 +27,17 @@ _OTHER_WORDS = {
     **dict.fromkeys(("ra", "sa"), "self_affine roughness takes rms_height, about 1.25 times that"),
     **dict.fromkeys(("rq", "sq"), "self_affine roughness takes it as rms_height"),
     "wavelength": "give the slopes of waves: tan(slope) = 4 amplitude/wavelength",
-    **dict.fromkeys(("start", "stop", "num"), "give a list of values, or from and to of a sample"),
-    "mu": "did you mean 'friction'?",
+    **dict.fromkeys(("mu", "cof", "friction_coefficient"), "did you mean 'friction'?"),
+    **dict.fromkeys(("force", "normal_load", "normal_force"), "did you mean 'load'?"),
+    **dict.fromkeys(("geometry", "shape", "ball", "body"), "did you mean 'indenter'?"),
+    **dict.fromkeys(("grid", "mesh", "resolution", "dx"), "give cell, the spacing, or accuracy"),
+    "dt": "steps over the cycles follow from tolerance",
+    "tangential_force": "did you mean 'tangential_load'?",
     "e": "did you mean 'youngs_modulus'?",
     "nu": "did you mean 'poisson_ratio'?",
     "hardness": "give plastic_limit, about the hardness",
     **dict.fromkeys(("yield_strength", "yield_stress"), "give plastic_limit, about 3 times that"),
-    "material": "base takes material; vary takes youngs_modulus, poisson_ratio and plastic_limit",
+    "material": "only base takes it: give youngs_modulus, poisson_ratio and plastic_limit",
 }
 
 
@@ -98,7 +102,7 @@ class Mistakes(list[Mistake]):
             inner = [each["loc"] for each in found if each["loc"][: len(place)] == place]
             # A list whose items are all wrong is not too short as well.
             if one["type"] != "too_short" or len(inner) == 1:
-                self.append(_mistake(one, schema))
+                self.append(_mistake(one, values, schema))
             first, *inner_path = place
             if inner_path and first in nested:
                 entries = kept.get(str(first), {})
@@ -110,22 +114,57 @@ class Mistakes(list[Mistake]):
 
 
 def nearest_key(name: str, valid: Iterable[str]) -> str:
-    """Return a hint at the valid key that is nearest to an unknown one."""
-    hint = _OTHER_WORDS.get(name.lower()) or did_you_mean(name, valid)
-    return hint or "fretwear schema lists all keys"
+    """Return a hint at the valid key that is meant by an unknown one, or at all if they are few."""
+    from fretwear.results import RESULTS  # most studies have no unknown key
+
+    keys = [*dict.fromkeys(valid)]
+    if name.lower() in _OTHER_WORDS:
+        return _OTHER_WORDS[name.lower()]
+    if name in RESULTS or name.startswith("hertz_"):
+        return "it is a result, which follows from the parameters"
+    for whole, dot, part in (key.rpartition(".") for key in keys):
+        if dot and part == name:
+            return f"it is a key of {whole}; vary and --set take {whole}.{part}"
+    return did_you_mean(name, keys) or _known(keys) or "fretwear schema lists all keys"
 
 
-def _keys_at(schema: Schema, path: Sequence[int | str]) -> Iterator[str]:
-    """The keys that a JSON Schema has at a place, in whichever alternative."""
-    for choice in (schema, *schema.get("anyOf", ())):
+def _known(keys: Collection[str]) -> str:
+    """Return a hint at all keys if they are few."""
+    return f"its keys are {', '.join(keys)}" if 0 < len(keys) <= _FEW_KEYS else ""
+
+
+def _unknown_key(path: Sequence[int | str], values: Mapping[str, object], schema: Schema) -> str:
+    """Return a hint at the key that is meant by an unknown one, of the same kind or another."""
+    *outer, name = path
+    found = [*_keys_at(schema, outer)]
+    kinds = {keys.get("kind", {}).get("const", ""): keys for keys in found}
+    for kind, keys in kinds.items():
+        if kind and name in keys:
+            return f"it is a key of kind: {kind}"
+    place: object = values
+    for step in outer:
+        place = place[step] if isinstance(place, Mapping | list) else {}  # type: ignore[index]
+    kind = place.get("kind") if isinstance(place, Mapping) else None
+    valid = [*kinds.get(kind, found[0] if found else {})]
+    if outer == ["base"]:
+        valid += [key for keys in _keys_at(schema, ["vary"]) for key in keys]
+    return nearest_key(str(name), valid)
+
+
+def _keys_at(schema: Schema, path: Sequence[int | str]) -> Iterator[Mapping[str, Schema]]:
+    """The keys of each mapping that a JSON Schema allows at a place."""
+    for choice in (schema, *schema.get("anyOf", ()), *schema.get("oneOf", ())):
         keys = choice.get("properties", {})
-        if not path:
-            yield from keys
-        elif inner := choice.get("items") if isinstance(path[0], int) else keys.get(path[0]):
-            yield from _keys_at(inner, path[1:])
+        if path:
+            inner = choice.get("items") if isinstance(path[0], int) else keys.get(path[0])
+            yield from _keys_at(inner, path[1:]) if inner else ()
+        elif keys:
+            yield keys
 
 
-def _mistake(one: ErrorDetails, schema: Callable[[], Schema]) -> Mistake:
+def _mistake(
+    one: ErrorDetails, values: Mapping[str, object], schema: Callable[[], Schema]
+) -> Mistake:
     """A mistake that pydantic reports, in our words."""
     path = [step for step in one["loc"] if step not in (LISTED, RANGE)]
     steps = (f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
@@ -136,8 +175,7 @@ def _mistake(one: ErrorDetails, schema: Callable[[], Schema]) -> Mistake:
         case "missing":
             return Mistake(place, None, "is missing")
         case "unexpected_keyword_argument" | "extra_forbidden":
-            valid = _keys_at(schema(), path[:-1])
-            return Mistake(place, value, "is not known", nearest_key(str(path[-1]), valid))
+            return Mistake(place, value, "is not known", _unknown_key(path, values, schema()))
         case "literal_error":
             words = re.findall(r"'([^']*)'", str(context["expected"]))
             return Mistake(
@@ -146,9 +184,11 @@ def _mistake(one: ErrorDetails, schema: Callable[[], Schema]) -> Mistake:
         case "bool_parsing" | "bool_type":
             return Mistake(place, value, "must be true or false")
         case "dict_type" | "model_type" | "dataclass_type":
-            return Mistake(place, value, "must be a mapping")
-        case "list_type" | "too_short":
-            return Mistake(place, value, "must be a list of values")
+            hint = _known(next(_keys_at(schema(), path), {}))
+            return Mistake(place, value, "must be a mapping", hint)
+        case "list_type" | "tuple_type" | "too_short":
+            sample = "; a sample takes {from: …, to: …}" if path[0] == "vary" else ""
+            return Mistake(place, value, "must be a list of values", f"write [first, …]{sample}")
         case _:
             message = one["msg"].removeprefix("Value error, ").replace("Input should", "must")
             return Mistake(place, value, message[:1].lower() + message[1:])
