@@ -140,7 +140,7 @@ def place(tmp_path_factory):
 MISTAKES = {
     "a study without its folder": ("run tiny.yaml", "did you mean 'studies/tiny.yaml'?"),
     "no unit": ("plan unit.yaml", "base.radius = 10 ", "did you mean '10 mm'?"),
-    "no choice of a case": ("run studies/tiny.yaml", "give --case ID, one of", "P25N-", "P50N-"),
+    "no choice of a case": ("run studies/tiny.yaml", "one of", "P25N-", "P50N-", "study=tiny"),
     "a beginning of several ids": (
         "run studies/tiny.yaml --case P",
         "2 of the 2 cases",
@@ -152,6 +152,7 @@ MISTAKES = {
     "a study to look at": ("show studies/tiny.yaml", "it is a study file", "fretwear run"),
     "a folder to look at": ("show studies", "it is a folder"),
     "a misspelt case file": ("show results/tiny/cases/god.nc", "there is no such file"),
+    "a table to look at": ("show note.txt", "it is not a netCDF file"),
     "a truncated file": ("show cut.nc", "cut.nc: it is damaged"),
     "results elsewhere": ("figures studies/tiny.yaml --results nowhere", "nowhere/summary.nc"),
 }

@@ -187,9 +187,10 @@ def test_a_point_is_selected_in_the_words_of_a_study_file():
     zipped = study.isel(normal_load=0, plastic_limit=0).rename_dims(slip_model="point")
     assert zipped.reset_index("slip_model").fretwear.sel(slip_model="cerruti").wear_volume == [1.0]
     for levels, sentence in (
-        ({"load": "30 kN/mm"}, "load = '30 kN/mm': the study has 20000000.0, 50000000.0"),
+        ({"load": "30 kN/mm"}, "load = '30 kN/mm': the study has 20000 N/mm, 50000 N/mm"),
         ({"slip_model": "jaegr"}, "slip_model = 'jaegr': the study has jaeger, cerruti"),
         ({"friction": 0.5}, "friction does not vary; coordinates are normal_load, plastic_limit"),
+        ({"plastic_limt": "none"}, "plastic_limt does not vary; did you mean 'plastic_limit'?"),
     ):
         with pytest.raises(ValueError, match=re.escape(sentence)):
             study.fretwear.sel(**levels)

@@ -536,7 +536,7 @@ def test_a_file_that_is_missing_or_damaged_is_named(make_study, merged):
         open_summary(case)
     case.unlink()
     with pytest.raises(DataFileError, match="no such file") as error:
-        open_study(folder)
+        open_study(path)
     assert error.value.path == case
     path.write_bytes(path.read_bytes()[:-100])
     with pytest.raises(DataFileError, match=r"damaged.*merge it again"):

@@ -71,6 +71,20 @@ def test_a_singular_peak_is_cut_and_its_value_is_written(smooth):
     assert axes.texts[0].get_text().strip() == f"↑ {number_text(highest, 3)} MPa"
 
 
+@pytest.mark.parametrize("draw", [figures.overview, figures.wear_map, figures.fretting_loops])
+def test_what_is_no_dataset_of_a_case_is_told_what_makes_one(draw, smooth):
+    with pytest.raises(TypeError, match=r"not str: fretwear\.open_case"):
+        draw("case.nc")
+    study = smooth.assign(status=("load", [0, 0]))
+    with pytest.raises(ValueError, match=r"2 points of a study|no variable"):
+        draw(study)
+
+
+def test_a_figure_that_is_not_there_names_those_of_any_result():
+    with pytest.raises(AttributeError, match="scalar_history draws any result"):
+        figures.wear_volume  # noqa: B018
+
+
 @pytest.mark.parametrize(
     "given", [("wear_map",), ("field_profiles", "pressure"), ("scalar_history", "wear_volume")]
 )

@@ -13,6 +13,7 @@ from fretwear.run import progress
 from fretwear.run.errors import MARGINS, cell_errors, wear_in_errors
 from fretwear.run.progress import progress_bar
 from fretwear.run.simulate import ResultWarning, Step, run, simulate, steps
+from fretwear.study.case import Case
 from fretwear.theory import HertzContact, PartialSlip
 from fretwear.variable import ContactState
 
@@ -413,9 +414,18 @@ def test_errors_hold_what_friction_along_x_leaves_out(ratio):
 
 @pytest.mark.parametrize(
     ("given", "remedy"),
-    [("x.yaml", "load_study('x.yaml').cases()"), ({"radius": 0.01}, "Case(**parameters)")],
+    [
+        ("x.yaml", "load_study('x.yaml').cases()"),
+        ({"radius": 0.01}, "Case(**parameters)"),
+        (["x"], "simulate(case) for case in cases"),
+    ],
 )
 def test_what_is_no_case_is_refused_with_what_makes_one(given, remedy):
     with pytest.raises(TypeError) as caught:
         simulate(given)
     assert remedy in str(caught.value)
+
+
+def test_parameters_in_a_mapping_are_told_to_be_keywords():
+    with pytest.raises(TypeError, match=r"Case\(\*\*parameters\)"):
+        Case({"load": "50 N"})

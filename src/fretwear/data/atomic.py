@@ -72,4 +72,6 @@ def read_error(path: Path, cause: Exception, remedy: str) -> DataFileError:
         fault, remedy = "there is no such file", "Check the name"
     elif path.suffix in (".yaml", ".yml"):
         fault, remedy = "it is a study file", "Give the file of a case: fretwear run writes one"
+    elif path.suffix in (".csv", ".html", ".json", ".svg", ".png", ".txt"):
+        fault, remedy = "it is not a netCDF file", "Give the file of a case, such as cases/ID.nc"
     return DataFileError(path, fault, remedy)

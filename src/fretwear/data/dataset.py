@@ -14,7 +14,7 @@ import xarray as xr
 
 from fretwear.data.groups import LEVELS, open_group
 from fretwear.data.labels import mirrored
-from fretwear.quantity import Quantity
+from fretwear.quantity import Parameter, Quantity
 from fretwear.results import (
     CASE_ID,
     CYCLE,
@@ -29,7 +29,7 @@ from fretwear.results import (
 )
 from fretwear.study.case import Case
 from fretwear.study.parameters import coordinate, parameter
-from fretwear.units import BY_SI_UNIT, readable_unit
+from fretwear.units import BY_SI_UNIT, did_you_mean, readable_unit
 from fretwear.variable import Variable
 
 _SAME = 1e-12
@@ -74,7 +74,8 @@ class Accessor:
             name = coordinate(key)
             if name not in found.coords or not found[name].dims:
                 names = [str(n) for n, axis in found.coords.items() if axis.dims]
-                raise ValueError(f"{key} does not vary; coordinates are {', '.join(names)}")
+                known = did_you_mean(key, [*names, "load"]) or f"coordinates are {', '.join(names)}"
+                raise ValueError(f"{key} does not vary; {known}")
             try:
                 value = self._stored(found[name], level)
                 if name in found.indexes:
@@ -87,7 +88,8 @@ class Accessor:
                     found = found.isel({dim: places})
             except (KeyError, ValueError) as error:
                 there = found[name].attrs.get(LEVELS, "").split("\n")
-                there = ", ".join(there if there[0] else map(str, found[name].values.tolist()))
+                texts = map(self._declaration(found[name]).text, found[name].values.tolist())
+                there = ", ".join(there if there[0] else texts)
                 raise ValueError(f"{key} = {level!r}: the study has {there}") from error
         return found
 
@@ -101,8 +103,11 @@ class Accessor:
             return level
         if LEVELS in axis.attrs:
             return axis.attrs[LEVELS].split("\n").index(level)
-        declaration = parameter(str(axis.name)).in_frame(contact_frame(self._dataset.variables))
+        declaration = self._declaration(axis)
         return declaration.single.read(level) if isinstance(declaration, Quantity) else float(level)
+
+    def _declaration(self, axis: xr.DataArray) -> Parameter:
+        return parameter(str(axis.name)).in_frame(contact_frame(self._dataset.variables))
 
     def point(self, **levels: object) -> xr.Dataset:
         """Open the case of a point of a study, lazily: ``open_study(…).fretwear.point(load=50)``.
@@ -155,6 +160,8 @@ class Accessor:
         the last one by default.
         """
         kept = {X.name, Y.name, CYCLE.name}
+        if not {X.name, Y.name} <= {*self._dataset[name].dims} <= kept:
+            raise ValueError(f"{name} is not over x and y of one case")
         field = self._dataset[[name]].drop_vars(self._dataset.coords.keys() - kept)
         field = field.isel(cycle=-1) if cycle is None else field.sel(cycle=cycle, method="nearest")
         return Accessor(mirrored(field)).in_units()[name].transpose(Y.name, X.name)

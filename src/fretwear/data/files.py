@@ -408,6 +408,8 @@ def open_summary(path: str | os.PathLike[str]) -> xr.Dataset:
     """Open a merged study lazily, as `open_case` opens a case; `DataFileError` if it cannot."""
     path, remedy = Path(path), "Run the study, or merge it again"
     if not path.exists():
+        meant = "results" / path
+        remedy = f"Did you mean {str(meant.parent)!r}?" if meant.exists() else remedy
         raise DataFileError(path, "there is no such file", remedy)
     dataset = open_group(path, remedy=remedy)
     try:

@@ -116,7 +116,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     Parameters
     ----------
     path : str or path-like
-        Folder of the results of a study, with ``summary.nc`` and the folder ``cases``.
+        Folder of the results of a study, with the folder ``cases``, or its ``summary.nc``.
 
     Returns
     -------
@@ -133,6 +133,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
     import dask.array as da
 
     folder = Path(path)
+    folder = folder.parent if folder.suffix == ".nc" else folder
     summary = open_summary(folder / "summary.nc")
     status, ids = summary[STATUS.name], summary[CASE_ID.name].to_numpy()
     dims = contact_frame(summary.variables).dims

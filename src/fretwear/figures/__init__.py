@@ -35,7 +35,8 @@ def __getattr__(name: str) -> Any:
     # Code that only reads the index of figures does not wait for matplotlib.
     if name in _HOME:
         return vars(import_module(f"fretwear.figures.{_HOME[name]}"))[name]
-    raise AttributeError(f"module 'fretwear.figures' has no attribute {name!r}")
+    known = "scalar_history draws any result over the cycles, field_profiles any field along x"
+    raise AttributeError(f"module 'fretwear.figures' has no attribute {name!r}; {known}")
 
 
 def __dir__() -> list[str]:

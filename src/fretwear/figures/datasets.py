@@ -15,7 +15,7 @@ from fretwear.arrays import Array
 from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.files import open_history
 from fretwear.data.stack import representative_cycles
-from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, RESULTS
+from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, RESULTS, STATUS
 from fretwear.units import did_you_mean
 from fretwear.variable import ContactState, Variable
 
@@ -116,6 +116,7 @@ def history_of(dataset: xr.Dataset) -> xr.Dataset:
     A part of a merged study has the part of the history. A dataset without a file, or a history
     itself, is returned as it is.
     """
+    _require_dataset(dataset)
     source = dataset.encoding.get("source", "")
     if "step" in dataset.dims or not source or not Path(source).is_file():
         return dataset
@@ -232,6 +233,9 @@ def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
     Raises a `ValueError` for a dataset that lacks a cycle or one of the variables `names`.
     """
     require_variables(dataset, *names)
+    if STATUS.name in dataset and (count := dataset[STATUS.name].size) > 1:
+        remedy = "choose one, for example by .fretwear.point(load='25 N', ...)"
+        raise ValueError(f"The dataset has {count} points of a study: {remedy}.")
     if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:  # one snapshot was selected
         dataset = dataset.expand_dims("cycle")
     available = available_cycles(dataset)
@@ -244,11 +248,23 @@ def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
 
 def titled(cases: TitledCases) -> Mapping[str, xr.Dataset]:
     """Return cases by their titles; a single one has none."""
-    return {"": cases} if isinstance(cases, xr.Dataset) else cases
+    cases = (
+        cases if isinstance(cases, Mapping) and not isinstance(cases, xr.Dataset) else {"": cases}
+    )
+    for case in cases.values():
+        _require_dataset(case)
+    return cases
+
+
+def _require_dataset(dataset: object) -> None:
+    if not isinstance(dataset, xr.Dataset):
+        remedy = "fretwear.open_case(file) opens one, fretwear.simulate(case) computes one"
+        raise TypeError(f"figures draw a dataset, not {type(dataset).__name__}: {remedy}")
 
 
 def require_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise a `ValueError` if a dataset lacks a variable."""
+    _require_dataset(dataset)
     for name in names:
         if name not in dataset:
             there = sorted(n for n in map(str, dataset.data_vars) if not n.endswith("_error"))

@@ -127,6 +127,8 @@ def simulate(
     if not isinstance(case, Case):
         if isinstance(case, Mapping):
             remedy = "fretwear.Case(**parameters) makes one"
+        elif isinstance(case, list | tuple):
+            remedy = "[fretwear.simulate(case) for case in cases] runs several"
         else:
             remedy = f"[*fretwear.load_study({str(case)!r}).cases().values()] are those of a study"
         raise TypeError(f"simulate takes a Case, not {type(case).__name__}: {remedy}")

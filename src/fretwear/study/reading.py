@@ -65,7 +65,8 @@ def select_point(
             (point,) = _checked(study.file, content, assignments).points()
         return point
     rule = f"chooses {len(matching)} of the {len(points)} cases of this study"
-    hint = "".join(["give --case ID, one of", *(f"\n    {n}" for n in few_of(matching))])
+    ids = "".join(f"\n    {n}" for n in few_of(matching))
+    hint = f"give --case ID, one of{ids}\n    all of them: snakemake --config study={study.name}"
     if not matching:
         hint = did_you_mean(case_id, points) or "fretwear plan lists the cases"
     raise StudyError(study.file, [Mistake("--case", case_id, rule, hint)])
