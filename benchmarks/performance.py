@@ -123,12 +123,12 @@ def peers_text(data: Data) -> str:
 {{figure}}
 
 Solution of the first loading of a smooth sphere on {CELLS}² cells. The same code computes all residuals from the pressure; each program has the
-largest tolerance, in steps of √10, with which its residual on these cells is at most {scientific(contacts.RESIDUAL)}.
+largest tolerance, in steps of √10, that keeps its residual on these cells below {scientific(contacts.RESIDUAL)}.
 
 {table(["", "processor, s", "residual"], solves)}
 
-The next table has the processor time of {peer} over that of fretwear, in turn in one run for each contact. Wavy and self-affine are those of
-`studies/paper.yaml` and `studies/self_affine.yaml`.
+The next table has the processor time of {peer} over that of fretwear, in turn in one run for each contact. The wavy and the self-affine
+surface come from `studies/paper.yaml` and `studies/self_affine.yaml`.
 
 {table(["contact", "cells", "over the whole window", "over the quarter"], ratios)}
 

@@ -21,4 +21,4 @@ with open_summary(RESULTS / "summary.nc") as summary:
         picture = io.BytesIO()
         drawn.figure.savefig(picture, dpi=120)
         small = Image.open(picture).convert("RGB").quantize(64, dither=Image.Dither.NONE)
-        small.save(FOLDER / f"{drawn.name[:5]}.png", optimize=True)
+        small.save(FOLDER / f"{drawn.name.partition('_')[0]}.png", optimize=True)

@@ -14,6 +14,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
 
 from fretwear.figures.axes import add_key, set_cycle_axis
 from fretwear.figures.datasets import Profiles, field_of, profiles_of
@@ -30,7 +31,8 @@ from fretwear.figures.profiles import (
     zone_key,
 )
 from fretwear.figures.study import StudyFigure
-from fretwear.figures.style import CATEGORICAL, LINE_STYLES, JournalFigure, styled
+from fretwear.figures.style import CATEGORICAL, LINE_STYLES, MUTED, JournalFigure, styled
+from fretwear.results import RESULTS
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear.variable import Variable
 from fretwear_source_study.parameters import PLASTIC_LIMIT
@@ -58,6 +60,7 @@ _STEPS = "A rough contact widens by steps: one more row of tips at a time."
 
 _PRESSURE, _SHEAR, _GAP = (field_of(name) for name in ("pressure", "shear_traction", "gap"))
 _WEAR_RATE = replace(field_of("wear_rate"), unit=NANOMETRE)
+_COMPARED = ("wear_volume", "maximum_wear_depth", "stick_area", "contact_area")
 _SMOOTH, _ROUGH = ("smooth elastic", "smooth plastic"), ("rough elastic", "rough plastic")
 
 _AT_STICK = (lambda p: p.stick_half_width[0]), "at the first edge of stick"
@@ -74,9 +77,9 @@ _ZOOMS: dict[str, tuple[Callable[[Profiles], float], str]] = {
 
 
 def source_figures(summary: xr.Dataset, folder: Path) -> Iterator[StudyFigure]:
-    """Yield the figures of the source study, numbered as there, from a merged study's case files.
+    """Yield the figures of the source study, numbered as there, and one of its last claim.
 
-    A study without the four cases of the source study has none.
+    They show case files of a merged study; one without the four cases of the source study has none.
     """
     for _, _, cases in islice(reference_cases(summary, folder), 1):
         for name, draw in _FIGURES.items():
@@ -239,6 +242,27 @@ def _widths(cases: Cases, *, zoom: bool) -> Drawn:
     return figure, [f"{words} against the number of cycles.", _STEPS]
 
 
+@styled
+def _rough_over_smooth(cases: Cases) -> Drawn:
+    """Draw results of the rough contacts, divided by those of the smooth ones, over the cycles."""
+    figure = JournalFigure(2, _KEY_HEIGHT + _PROFILE_HEIGHT)
+    panels = figure.subplots(1, 2, sharey=True)
+    for axes, *pair in zip(panels, _ROUGH, _SMOOTH, strict=True):
+        rough, smooth = (cases[title].history for title in pair)
+        cycles = rough["cycle"].values[rough["cycle"].values >= 1.0]
+        for name, color in zip(_COMPARED, CATEGORICAL, strict=False):
+            one, other = (np.interp(cycles, run["cycle"], run[name]) for run in (rough, smooth))
+            axes.plot(cycles, one / other, color=color)
+        axes.axhline(1.0, color=MUTED, lw=0.6, zorder=0)
+        axes.set(xscale="log", xlabel="Cycle", title=pair[0].removeprefix("rough "))
+    panels[0].set(ylabel="Rough over smooth", yscale="log")
+    panels[0].set_yticks(ticks := [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0], [f"{n:g}" for n in ticks])
+    panels[0].yaxis.set_minor_locator(NullLocator())
+    keys = [Line2D([], [], color=color) for color in CATEGORICAL[: len(_COMPARED)]]
+    add_key(figure, keys, [RESULTS[name].words for name in _COMPARED])
+    return figure, ["Results of the rough contacts, divided by those of the smooth ones."]
+
+
 def _style(title: str) -> dict[str, Any]:
     """The style of a case: colour shows roughness, line style plasticity."""
     color, linestyle = CATEGORICAL["rough" in title], LINE_STYLES["plastic" in title]
@@ -258,5 +282,6 @@ _FIGURES: dict[str, Callable[[Cases], Drawn]] = {
     "fig14_wear_rate_rough": partial(_profiles, field=_WEAR_RATE, titles=_ROUGH),
     "fig15_contact_half_width": partial(_widths, zoom=False),
     "fig16_contact_half_width_zoom": partial(_widths, zoom=True),
+    "claim12_rough_over_smooth": _rough_over_smooth,
 }
 """The functions that draw the figures, by name."""

@@ -81,6 +81,19 @@ def test_pressure_of_the_smooth_elastic_contact_is_drawn_as_computed(merged, fig
     profile = picked["pressure_profile"].sel(cycle=0)
     drawn = np.interp(1e6 * profile["x"], *line.get_data())
     np.testing.assert_allclose(drawn, 1e-6 * profile, rtol=1e-6, atol=1e-3)
+
+
+def test_claim_12_is_drawn_as_results_of_rough_over_those_of_smooth_contacts(merged, figures):
+    elastic, _ = figures["claim12_rough_over_smooth"].figure.axes
+    picked = merged.summary.sel(plastic_limit=np.inf).isel(cycle=-1)
+    picked = picked.isel(slip_model=[*picked["slip_model"].values].index("cerruti"))
+    names = ("wear_volume", "maximum_wear_depth", "stick_area", "contact_area")
+    for line, name in zip(elastic.lines, names, strict=False):
+        smooth, rough = picked[name].values
+        np.testing.assert_allclose(line.get_ydata()[-1], rough / smooth, rtol=1e-6)
+
+
+def test_widths_begin_at_zero_and_the_zoom_fits_the_elastic_ones(figures):
     whole, zoom = (found(figures, number).figure.axes[0] for number in (15, 16))
     low, high = zoom.get_ylim()
     assert whole.get_ylim()[0] == 0.0

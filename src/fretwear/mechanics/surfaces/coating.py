@@ -44,7 +44,7 @@ class Coating(Part):
         float | None,
         Quantity("Pa-1", r"$K_\mathrm{c}$", "wear coefficient", "/ Pa", like="1e-15 / Pa", gt=0.0),
         "Wear coefficient of the layer in the law of the case, K_w or α. Once the flat has worn by "
-        "the thickness, that of the case takes its place; none: both are equal.",
+        "the thickness, the coefficient of the case takes its place; none: both are equal.",
     ] = None
     plastic_limit: Annotated[
         float | None,

@@ -99,7 +99,7 @@ class Setup:
             like="{thickness: 3 um, youngs_modulus: 400 GPa, poisson_ratio: 0.2}",
             is_second=True,
         ),
-        "Elastic layer on the flat, whose own parameters are then those of the substrate.",
+        "Elastic layer on the flat. The other parameters of the flat then describe the substrate.",
     ] = None
     frequency: Annotated[
         float | None,
