@@ -41,6 +41,27 @@ SPHERE = {
 # Base, its wear coefficient from a number, ranges of the truth and of the search, half-width of the
 # line, m.
 RINGS, LOOP = "rings", "loop"
+LINE = {n: v for n, v in SPHERE.items() if n != "radius"} | {
+    "indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "100 N/mm"
+}  # fmt: skip
+COATING = {"youngs_modulus": "400 GPa", "poisson_ratio": 0.2}
+SLIDES = {"sliding_amplitude": "20 um", "wear_coefficient": ["1e-16 / Pa", "2e-14 / Pa"]}
+# The base of a coated cylinder, thickness and wear coefficient of the coating, their ranges (all
+# coatings wear through, some just so), and half-width of the line.
+COATED: dict[str, tuple[dict[str, Any], Numbers, float]] = {
+    "stroke": (
+        LINE | SLIDES | {"friction": 0.6, "cycles": 60000},
+        {"thickness": (0.8e-6, 1.85e-6), "wear_coefficient": (0.65e-15, 2.1e-15)},
+        700e-6,
+    ),
+    "partial": (
+        LINE
+        | {"tangential_load": "50 N/mm", "friction": 0.6, "wear_coefficient": "4e-13 / Pa"}
+        | {"cycles": 8000},
+        {"thickness": (0.04e-6, 0.09e-6), "wear_coefficient": (0.5e-13, 1.4e-13)},
+        300e-6,
+    ),
+}
 KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
     "force": (
         SPHERE | {"tangential_load": "20 N"},
@@ -55,9 +76,7 @@ KINDS: dict[str, tuple[dict[str, Any], Numbers, Numbers, float]] = {
         300e-6,
     ),
     "line": (
-        {n: v for n, v in SPHERE.items() if n != "radius"}
-        | {"indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "100 N/mm"}
-        | {"tangential_load": "40 N/mm"},
+        LINE | {"tangential_load": "40 N/mm"},
         {"wear_coefficient": (2e-13, 6e-13), "friction": (0.45, 0.6)},
         {"wear_coefficient": (2e-14, 1e-11), "friction": (0.41, 0.9)},
         200e-6,
@@ -101,12 +120,28 @@ LENGTHS = (0.01, 0.1)
 LOOP_NOISE = 0.02e-6, 0.3  # of displacements, m, and forces, N
 RATIOS = (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9)  # Q/µP of the scars on rings
 RESOLUTION = Resolution(swept_width=0.01, edge_width=5e-4, widest=0.025, step=0.1)
-UNITS = {"wear_coefficient": " / Pa", "roughness.rms_height": " m", "rig_stiffness": " N/m"}
+UNITS = {
+    "wear_coefficient": " / Pa", "roughness.rms_height": " m", "rig_stiffness": " N/m",
+    "coating.thickness": " m", "coating.wear_coefficient": " / Pa",
+}  # fmt: skip
 
 
 def written(name: str, value: float) -> object:
     """The value of a key as study files have it."""
     return f"{value!r}{UNITS[name]}" if name in UNITS else value
+
+
+for _name, (_base, _ranges, _half) in COATED.items():
+    # What is not sought lies in the middle of its range.
+    _usual = {part: float(f"{np.sqrt(np.prod(ends)):.2g}") for part, ends in _ranges.items()}
+    for _part, (_low, _high) in _ranges.items():
+        coating = COATING | {p: written(f"coating.{p}", v) for p, v in _usual.items()}
+        KINDS[f"coated {_name}, {_part.replace('_', ' ')}"] = (
+            _base | {"coating": coating},
+            {f"coating.{_part}": (_low, _high)},
+            {f"coating.{_part}": (0.2 * _low, 5.0 * _high)},
+            _half,
+        )
 
 
 def with_values(base: dict[str, Any], values: dict[str, float]) -> dict[str, Any]:
@@ -145,16 +180,23 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
     values = {}
     for name, (low, high) in truth.items():
         share = generator.uniform()
-        logarithmic = name == "wear_coefficient"
+        logarithmic = name.endswith("wear_coefficient")
         values[name] = low * (high / low) ** share if logarithmic else low + share * (high - low)
-    ratio = RATIOS[number // len(KINDS) * 3 % len(RATIOS)]
+    ratio = RATIOS[number // 8 * 3 % len(RATIOS)]
     base = base | ({"tangential_ratio": ratio} if kind == RINGS else {})
     case = fretwear.Case(**with_values(base, values), error_estimate=False, output_cycles=[0])
-    data: list[dict[str, Any]] = [{"file": "scar.csv", "quantity": "wear_depth"}]
+    quantity = "wear_depth_flat" if "sliding_amplitude" in base else "wear_depth"
+    data: list[dict[str, Any]] = [{"file": "scar.csv", "quantity": quantity}]
     if kind == RINGS:
         worn_x, worn = scar_on_rings(case, ratio)
     else:
-        line = fretwear.simulate(case)["wear_depth"].isel(cycle=-1)
+        if case.coating is not None:
+            # The front of the bare substrate is far sharper than a scar.
+            finer = {"cell": [0.5 * each for each in case.grid_spacing], "tolerance": 0.001}
+            case = case.replace(**finer)
+        worn_case = fretwear.simulate(case).isel(cycle=-1)
+        assert case.coating is None or worn_case["worn_through_cycle"] < case.cycles
+        line = worn_case[data[0]["quantity"]]
         line = line if "y" not in line.dims else line.sel(y=0.0, method="nearest")
         worn_x, worn = line["x"].values, line.values
     if kind == LOOP:
@@ -180,7 +222,9 @@ def one(kind: str, number: int, folder: Path) -> dict[str, Any]:
     write_readings(folder / "scar.csv", "x (um),depth (um)", [x * 1e6, depth * 1e6])
     free = {name: [written(name, end) for end in ends] for name, ends in ranges.items()}
     start = {name: 0.7 * values[name] + 0.3 * ranges[name][1] for name in values}
-    start["wear_coefficient"] = values["wear_coefficient"] * float(generator.choice([0.3, 3.0]))
+    for name in values:
+        if name.endswith("wear_coefficient"):
+            start[name] = values[name] * float(generator.choice([0.3, 3.0]))
     content = {"base": with_values(base, start), "fit": {"free": free, "data": data}}
     file = folder / "scar.yaml"
     file.write_text(json.dumps(content))
@@ -207,10 +251,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--scars", type=int, default=30)
     parser.add_argument("--first", type=int, default=0, help="number of the first scar")
+    parser.add_argument("--kinds", default="", help="only kinds that begin so, such as coated")
     parser.add_argument("--output", type=Path, default=Path("results/fits.jsonl"))
     given = parser.parse_args()
     given.output.parent.mkdir(parents=True, exist_ok=True)
-    kinds = [*KINDS]
+    kinds = [kind for kind in KINDS if kind.startswith(given.kinds)]
     for number in range(given.first, given.first + given.scars):
         with tempfile.TemporaryDirectory() as folder, given.output.open("a") as stream:
             row = one(kinds[number % len(kinds)], number, Path(folder))

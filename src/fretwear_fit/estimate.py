@@ -19,6 +19,7 @@ LEVELS = (0.68, 0.9, 0.95)
 _STEP = 0.04  # of a derivative, in logarithms or parts of a range
 _MOST_STEPS = 30
 _CURVED = 0.3  # part of a change of a signal that its derivatives miss, after which they are anew
+_ELSEWHERE = (0.02, 0.04, 0.08)  # steps, likewise, at which another minimum is sought
 _FLAT, _SAME = 1e-2, 5e-3  # least relative change of χ², and of parameters
 _INVALID = 1e3  # residual of parameters that make no case
 _DIGITS = 10  # of the parameters of a run
@@ -176,6 +177,20 @@ class Fitter:
             runs = [(u, s) for u, s in self.signals_of.values() if s is not None]
             return min(runs, key=lambda run: self.misfit(run[1]))[0]
         return np.asarray(origin + step)
+
+    def elsewhere(self, best: Array) -> Array:
+        """The parameters with the least χ² once runs at some distances have sought another minimum.
+
+        Where a scar has a steep front, χ² has ripples: one each time that the front passes a cell.
+        """
+        rows = [row for step in _ELSEWHERE for row in step * np.eye(best.size)]
+        points = [best + sign * row for row in rows for sign in (-1.0, 1.0)]
+        points = [best, *(np.clip(u, self.lower + 1e-6, self.upper - 1e-6) for u in points)]
+        misfits = [
+            np.inf if signal is None else self.misfit(signal) for signal in self.signals_at(points)
+        ]
+        lowest = int(np.argmin(misfits))
+        return self.best(points[lowest]) if lowest else best
 
     def _followed(self, u: Array, signal: Array) -> Array:
         """Derivatives of the signal, updated by the last step where it is nearly straight."""

@@ -19,21 +19,25 @@ def profile(x):
     return DEPTH * np.maximum(1.0 - (x / 5e-4) ** 2, 0.0)
 
 
-def fitted(readings, noise=None):
-    """The fitter of a multiple of the profile, its emulator, and the interval of each level.
-
-    The noise is estimated beside the scar unless it is known.
-    """
+def fitter_of(readings, noise=None, multiple=lambda u: 4.0 * u):
+    """The fitter of a multiple of the profile, a function of the place in its range."""
     known = {} if noise is None else {"noise": noise.size, "correlation_length": noise.length}
     scar = Measurement.unchecked(quantity="wear_depth", baseline=("offset", "tilt"), **known)
     vars(scar)["_read"] = X, readings, ""
     comparison = Comparison(scar, 1, noise or Noise(0.05 * DEPTH, 0.0), grid=GRID)
     unknown = Unknown("multiple", 0.0, 4.0, case_keys()["friction"].parameter, logarithmic=False)
-    fitter = Fitter(
-        [unknown],
-        [comparison],
-        lambda points: [[unknown.value(u[0]) * profile(GRID)] for u in points],
+    return Fitter(
+        [unknown], [comparison], lambda points: [[multiple(u[0]) * profile(GRID)] for u in points]
     )
+
+
+def fitted(readings, noise=None):
+    """The fitter of a multiple of the profile, its emulator, and the interval of each level.
+
+    The noise is estimated beside the scar unless it is known.
+    """
+    fitter = fitter_of(readings, noise)
+    (unknown,) = fitter.unknowns
     best = fitter.best(np.array([0.4]))
     parts = fitter.parts(fitter.signal(best))
     fitter.comparisons = [c.with_noise_beside(s, n) for c, s, n in parts]
@@ -43,6 +47,19 @@ def fitted(readings, noise=None):
     (found,), _ = fitter.intervals(emulator, spread)
     values = [[float(unknown.value(u)) for u in found.interval(level)] for level in LEVELS]
     return fitter, float(unknown.value(emulator.best[0])), values
+
+
+def test_runs_at_some_distances_find_another_minimum():
+    """The multiple has a ripple, so that its sums of squares have a minimum each 0.06."""
+
+    def rippled(u):
+        return 4.0 * (u + 0.02 * np.sin(2.0 * np.pi * u / 0.06))
+
+    fitter = fitter_of(rippled(0.33) * profile(X), Noise(0.01 * DEPTH, 0.0), rippled)
+    ends = [np.array([0.25975]), fitter.elsewhere(np.array([0.25975]))]
+    trapped, found = (fitter.misfit(fitter.signal(u)) for u in ends)
+    assert found < 0.05 * trapped
+    assert rippled(ends[1][0]) == pytest.approx(rippled(0.33), rel=0.02)
 
 
 @pytest.mark.parametrize("length", [0.0, 6e-5])
