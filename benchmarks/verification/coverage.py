@@ -1,6 +1,10 @@
-"""Whether the estimated errors of results hold: each against the true one."""
+"""Whether the estimated errors of results hold: each against the true one.
+
+``python -m benchmarks.verification.coverage coated`` runs the families that it names.
+"""
 
 import math
+import sys
 import time
 from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
@@ -15,6 +19,7 @@ from fretwear.results import RESULTS, SCALARS
 from fretwear.run.simulate import run as run_case
 from fretwear.study.case_warnings import LARGE_ERROR
 from fretwear.study.plan import estimate
+from fretwear.study.unworn import unworn
 
 BASE: dict[str, Any] = {
     "youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "cycles": 3000, "accuracy": "none",
@@ -24,14 +29,17 @@ CYCLES = (0, 100, 1000, 3000)
 FAMILIES = {
     "smooth elastic": 3, "smooth capped": 5, "elliptical": 5, "rough elastic": 8,
     "rough capped": 8, "line": 5, "rough line": 8, "punch": 5, "stroke": 5,
-    "displacement": 5, "debris": 3,
+    "displacement": 5, "debris": 3, "coated": 20,
 }  # fmt: skip
 SEED = 20267
 # The indenter of the cases of a family, if not a sphere; and the families that are rough.
 LINES = {
     "line": range(5), "rough line": range(8), "punch": (0, 1), "stroke": (0, 1, 3),
-    "displacement": (2,), "debris": (1,),
+    "displacement": (2,), "debris": (1,), "coated": [n for n in range(20) if n % 4 < 2],
 }  # fmt: skip
+# A stroke is every fourth case with a coating; of point contacts, one in two is on rings.
+STROKES_OF = {"stroke": range(5), "coated": range(1, 20, 4)}
+RINGS_OF = {"coated": range(2, 20, 4)}
 PUNCHES = {"punch": range(5), "stroke": (1,), "displacement": (3,)}
 ROUGH = {
     "rough elastic": range(8), "rough capped": range(8), "rough line": range(8), "stroke": (3,),
@@ -47,6 +55,8 @@ DEBRIS = (0.3, 0.9)
 AMPLITUDES, SLOPES = (0.06, 0.2), (1.0, 4.0)  # um, deg
 SLOPES_OF_STROKE = (0.2, 0.5)  # each wave takes more positions
 LIMITS = (2.5, 6.0)  # plastic limit over Hertz's pressure
+# Of a coating: E and K over those of the substrate, ν, and h over the depth that would wear.
+MODULI, COEFFICIENTS, POISSON_RATIOS, DEPTHS = (0.3, 3.0), (0.1, 3.0), (0.15, 0.4), (0.1, 0.8)
 # How much finer cells of the truth are, half as much where it would take longer than this, s.
 REFERENCE, LONGEST = 4.0, 15.0
 # The tolerance over the tolerance of the truth; on a grid steps err far less than cells.
@@ -57,11 +67,15 @@ WITHIN, LARGEST_RATIO = 0.95, 3.0
 # Imposed quantities are no results.
 IMPOSED = ("regime", "normal_force")
 JUDGED = [each.name for each in SCALARS if each.is_headline and each.name not in IMPOSED]
+JUDGED += ["worn_through_cycle", "exposed_area", "coating_left"]
 
 
-def cases(seed: int = SEED) -> Iterator[tuple[str, Case, Case]]:
+def cases(
+    seed: int = SEED, families: Iterable[str] = tuple(FAMILIES)
+) -> Iterator[tuple[str, Case, Case]]:
     """A name, the case, and the case of its truth; drawn at random, X evenly."""
-    for family, count in FAMILIES.items():
+    for family in families:
+        count = FAMILIES[family]
         rng = np.random.default_rng([seed, *family.encode()])
         places = (rng.permutation(count) + 0.5) / count
         for number, place in enumerate(places):
@@ -108,7 +122,7 @@ def _drawn(family: str, number: int, place: float, rng: np.random.Generator) -> 
         "indenter": indenter, "wear_coefficient": WEAR,
     }  # fmt: skip
     words = [family, str(indenter["kind"]).replace("_", " "), f"X = {ratio:.2f}"]
-    if family == "stroke":
+    if is_among(STROKES_OF):
         words[-1] = f"stroke {stroke} um"
         del given["tangential_ratio"]
         given |= {"sliding_amplitude": f"{stroke} um"}
@@ -132,11 +146,36 @@ def _drawn(family: str, number: int, place: float, rng: np.random.Generator) -> 
     if family == "debris":
         given["debris_fraction"] = kept
         words.append(f"{kept:g} kept")
-    if "capped" in family or ("elastic" not in family and number % 2):
+    if family == "coated":
+        if is_among(RINGS_OF):
+            given["slip_model"] = "jaeger"
+        bare, stiffer, faster = Case(**given), between(*MODULI), between(*COEFFICIENTS)
+        # Every fifth coating is too thick to wear through.
+        whole = bare.hertz_radius if number % 5 == 4 else min(faster, 1.0) * _depth(bare)
+        thickness = float(f"{between(*DEPTHS) * whole:.2g}")
+        own = faster * (WEAR_OF_STROKE if is_among(STROKES_OF) else WEAR)
+        given["coating"] = {
+            "thickness": f"{thickness} m", "youngs_modulus": f"{208 * stiffer:.4g} GPa",
+            "poisson_ratio": between(*POISSON_RATIOS), "wear_coefficient": f"{own:.3g} / Pa",
+        }  # fmt: skip
+        words.append(f"h = {1e6 * thickness:.2g} um, E {stiffer:g}, K {faster:g}")
+    elif "capped" in family or ("elastic" not in family and number % 2):
         pressure = limit * Case(**given).hertz.peak_pressure
         given["plastic_limit"] = f"{pressure * 1e-6:.0f} MPa"
         words.append(f"{limit:g} p0")
     return ", ".join([*words, load, f"{radius:g} mm"]), Case(**given)
+
+
+def _depth(case: Case) -> float:
+    """About how deep the flat wears without a coating, m: a chord, or the slip annulus evenly."""
+    load, stroke = case.hertz.load, case.loading.stroke
+    if stroke:
+        volume = WEAR_OF_STROKE * load * 4.0 * stroke * case.cycles
+        return float((0.75 * volume / math.sqrt(2.0 * case.indenter.radius)) ** (2.0 / 3.0))
+    known = unworn(case)
+    energy = known["dissipated_energy"] / case.friction_law.coefficient
+    slipping = known["contact_area"] - known["stick_area"]
+    return WEAR * energy * case.cycles / slipping
 
 
 def measured(name: str, case: Case, true: Case) -> Data:
@@ -147,7 +186,7 @@ def measured(name: str, case: Case, true: Case) -> Data:
     began = time.process_time()
     found = run_case(case.replace(output_cycles=CYCLES))
     seconds = time.process_time() - began
-    finer = case.tolerance / (1.0 if case.has_equal_cells else FINER)
+    finer = case.tolerance / (1.0 if case.has_equal_cells and case.coating is None else FINER)
     exact = true.replace(output_cycles=CYCLES, error_estimate=False, tolerance=finer)
     truth = run_case(exact).dataset
     print(f"{name}: {seconds:.1f} s, in all {time.process_time() - began:.0f} s", flush=True)
@@ -163,9 +202,9 @@ def measured(name: str, case: Case, true: Case) -> Data:
     return {"seconds": time.process_time() - began, "told": bool(told), **texts}
 
 
-def run() -> Data:
+def run(families: Iterable[str] = tuple(FAMILIES)) -> Data:
     """Two cases at a time."""
-    drawn = list(zip(*cases(), strict=True))
+    drawn = list(zip(*cases(families=families), strict=True))
     with ProcessPoolExecutor(2) as pool:
         return dict(zip(drawn[0], pool.map(measured, *drawn), strict=True))
 
@@ -270,3 +309,9 @@ def _range(ends: tuple[float, float]) -> str:
 
 
 SECTION = Section("coverage", "Estimated against true errors", run, text, checks, on_request=True)
+
+if __name__ == "__main__":
+    found = run(sys.argv[1:] or tuple(FAMILIES))
+    print(text(found))
+    for case_name, entry in all_judged(found).items():
+        print(f"{case_name}: {summary([entry])['within']:.1%} within, {entry['silence']}")
