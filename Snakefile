@@ -50,6 +50,15 @@ if workflow.is_main_process:
     release_locks()
     for sentence in JOBS.check(MOVED):
         print(f"fretwear: warning: {sentence}", file=sys.stderr)
+    # Snakemake calls only the onstart of the main workflow.
+    if not workflow.modifier.is_main_snakefile():
+        main = Path(workflow.main_snakefile)
+        if main.is_file() and ".onstart()" not in main.read_text("utf-8"):
+            print(
+                "fretwear: warning: --forcerun keeps finished cases unless the onstart of "
+                f"{main.name} calls M.onstart(), where M is the name of this module",
+                file=sys.stderr,
+            )
 
 
 def after():
@@ -173,8 +182,7 @@ rule report:
         "{params.fretwear:q} report {params.study_file:q} --results {params.results:q}"
 
 
-# A forced job computes its cases again, although their files are finished. A workflow that uses
-# this one as the module M has to call M.onstart() in its own onstart.
+# A forced job computes its cases again, although their files are finished.
 onstart:
     mark_start()
     JOBS.remove_forced(MOVED, SIMULATE, workflow.dag_settings)

@@ -168,6 +168,10 @@ def test_a_map_has_the_slip_direction_to_the_right_and_names_its_cycle_alone(res
     assert {*wear.coords} == {"x", "y", "cycle"}
     np.testing.assert_allclose(wear.values.max(), 1e9 * quarter.wear_depth[-1].max())
     assert quarter.fretwear.map("pressure", cycle=0).cycle == 0
+    with pytest.raises(ValueError, match="wear_volume is no map; maps are pressure, "):
+        quarter.fretwear.map("wear_volume")
+    with pytest.raises(ValueError, match="wear_depth is no map; maps are none, because a line"):
+        quarter.isel(y=0).fretwear.map("wear_depth")
 
 
 def test_a_point_is_selected_in_the_words_of_a_study_file():

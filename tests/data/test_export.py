@@ -97,13 +97,14 @@ def test_a_dataset_without_fields_is_refused(worn, tmp_path):
 
 
 def test_tables_have_units_and_every_value(line, tmp_path):
+    line = line.assign(wears=(("cycle", "x"), line.wear_depth.values > 0.0))
     written = {path.name: path for path in write_csv(line, tmp_path / "line.csv")}
     assert written.keys() >= {"line-cycle-x.csv", "line-cycle.csv"}
     with written["line-cycle-x.csv"].open(newline="") as stream:
         head, *rows = csv.reader(stream)
     assert head[:2] == ["cycle", "x (m)"]
     assert "pressure (Pa)" in head
-    assert "contact_state" in head
+    assert {"contact_state", "wears"} < {*head}
     values = np.array([row[head.index("pressure (Pa)")] for row in rows], dtype=float)
     np.testing.assert_array_equal(values.astype("f4"), line.pressure.values.ravel())
     # Positions are read back, although 15 digits are shorter than 17.

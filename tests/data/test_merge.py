@@ -263,8 +263,15 @@ def test_a_study_of_words_is_numbers_and_flags_in_its_file_which_lazy_operations
                 np.testing.assert_array_equal(each.transpose(*volume.dims), text.wear_volume)
 
 
-def test_points_and_results_have_the_same_columns_of_the_same_type(make_study, summary_of):
-    study = make_study({"load": ["20 N"], "slip_model": ["jaeger"]})
+@pytest.mark.parametrize(
+    "vary",
+    [
+        {"load": ["20 N"], "slip_model": ["jaeger"]},
+        {"wear_coefficient": ["7e-13 / Pa", ["1e-13 / Pa", "2e-13 / Pa"]], "cycles": [1000]},
+    ],
+)
+def test_points_and_results_have_the_same_columns_of_the_same_type(make_study, summary_of, vary):
+    study = make_study(vary)
     file = study.file.with_name("points.csv")
     write_points(study, file)
     points = pd.read_csv(file, index_col="case_id")

@@ -416,6 +416,7 @@ def test_errors_hold_what_friction_along_x_leaves_out(ratio):
     ("given", "remedy"),
     [
         ("x.yaml", "load_study('x.yaml').cases()"),
+        (None, "load_study(file).cases()"),
         ({"radius": 0.01}, "Case(**parameters)"),
         (["x"], "simulate(case) for case in cases"),
     ],

@@ -128,6 +128,16 @@ def test_forced_jobs_compute_their_finished_cases_again_unless_it_is_a_dry_run(t
     assert all(stamp > first[file] for file, stamp in forced.items())
 
 
+@pytest.mark.slow
+def test_a_workflow_that_does_not_start_its_module_is_told_that_forced_cases_stay(tmp_path):
+    checkout, words = Checkout.make(tmp_path), "keeps finished cases unless the onstart"
+    assert words not in checkout.snakemake("--dry-run", status=0)
+    make_module(tmp_path)
+    assert words not in checkout.snakemake("--dry-run", status=0)
+    (tmp_path / "Snakefile").write_text(OUTER.replace("wear.onstart()", "pass"), encoding="utf-8")
+    assert checkout.snakemake("--dry-run", status=0).count(words) == 1
+
+
 @pytest.fixture
 def jobs(tmp_path, monkeypatch):
     """The jobs of a study whose cases are one job each."""

@@ -80,7 +80,7 @@ def _tables(ds: xr.Dataset) -> Iterator[tuple[tuple[str, ...], pd.DataFrame]]:
     """Yield a table for all variables of the same dimensions; these are its first columns."""
     tables: dict[tuple[str, ...], list[str]] = {}
     for name, variable in ds.data_vars.items():
-        if variable.dims and variable.dtype.kind in "fiu":
+        if variable.dims and variable.dtype.kind in "fiub":
             tables.setdefault(tuple(map(str, variable.dims)), []).append(str(name))
     for dims, names in tables.items():
         # Coordinates along one of the dimensions stand beside the variables.

@@ -332,11 +332,8 @@ def _laid(study: Study, values: object, attributes: Mapping[str, object]) -> xr.
 
 def _varied(study: Study, axis: Axis, declared: Mapping[str, object] | None) -> xr.Variable:
     attributes: dict[str, object] = {"long_name": axis.name, **(declared or {})}
-    if all(isinstance(value, int | float) for value in axis.values):
-        values = np.array(axis.values, dtype=np.float64)
-    else:
-        is_text = all(isinstance(value, str) for value in axis.values)
-        values = np.array(axis.values if is_text else axis.labels, dtype=str)
+    values = np.array(axis.plain)
+    if axis.plain is axis.labels:
         attributes.pop("units", None)
     if axis.drawn_from is not None:
         attributes |= {

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -130,7 +131,8 @@ def simulate(
         elif isinstance(case, list | tuple):
             remedy = "[fretwear.simulate(case) for case in cases] runs several"
         else:
-            remedy = f"[*fretwear.load_study({str(case)!r}).cases().values()] are those of a study"
+            file = repr(str(case)) if isinstance(case, str | Path) else "file"
+            remedy = f"[*fretwear.load_study({file}).cases().values()] are those of a study"
         raise TypeError(f"simulate takes a Case, not {type(case).__name__}: {remedy}")
     require_memory(case)
 

@@ -93,6 +93,12 @@ class Axis:
         """The values as written in the file."""
         return tuple(in_words(value) for value in self.written)
 
+    @cached_property
+    def plain(self) -> tuple[float, ...] | tuple[str, ...]:
+        """The values as numbers if all of them are numbers, otherwise as written in the file."""
+        numbers = [float(value) for value in self.values if isinstance(value, int | float)]
+        return tuple(numbers) if len(numbers) == len(self.values) else self.labels
+
     def at(self, fractions: Iterable[float]) -> Axis:
         """Return the axis with the values at fractions of its range, or of its list."""
         if self.drawn_from is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -211,18 +212,15 @@ def write_points(study: Study, path: str | Path) -> None:
     last = ("cells", "estimated_seconds", "estimated_memory_bytes", "mistake")
     for point in study.points():
         row: dict[str, object] = {"case_id": point.id, "mistake": point.mistake}
-        # Parameters in SI units; varied ones that are not numbers as written in the file.
-        for (name, value), label in zip(point.values.items(), point.labels.values(), strict=True):
-            plain = float(value) if isinstance(value, bool) else value
-            row[name.replace(".", "_")] = plain if isinstance(plain, float | int | str) else label
+        # Parameters in SI units; varied ones that are not all numbers as written in the file.
+        varied = zip(study.axes, point.index, strict=True)
+        values = {axis.coordinate: axis.plain[place] for axis, place in varied}
         if point.case is not None:
-            coordinates = point.case.scalar_coordinates()
-            for name, (value, *_) in coordinates.items():
-                name = "load" if name == "normal_load" else name
-                # A dataset has the first value of a table as a number, which does not identify the
-                # table.
-                if name not in row or f"{name}_over_cycles" not in coordinates:
-                    row[name] = value if isinstance(value, str) else float(value)
+            # A copy takes what it has derived with it.
+            for name, (value, *_) in copy(point.case).scalar_coordinates().items():
+                values.setdefault(name, value if isinstance(value, str) else float(value))
+        row |= {"load" if name == "normal_load" else name: one for name, one in values.items()}
+        if point.case is not None:
             cost = estimates[point.id]
             row |= zip(last, (cost.cells, f"{cost.seconds:.3g}", cost.memory_bytes), strict=False)
         rows.append(row)
