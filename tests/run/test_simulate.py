@@ -327,6 +327,16 @@ def test_wear_through_a_coating_usually_errs_by_itself_too():
         np.testing.assert_allclose(found[0], usual * size)
 
 
+def test_what_is_left_of_a_coating_errs_as_the_depth_that_is_worn():
+    depth = np.array([0.2, 0.9, 1.1])
+    runs = ({"maximum_wear_depth": d, "dissipated_energy": d} for d in (depth, 1.01 * depth))
+    runs = [
+        run | {"coating_left": np.maximum(1.0 - run["maximum_wear_depth"], 0.0)} for run in runs
+    ]
+    errors = cell_errors(make(), *runs, 2.0, 0.0 * depth)
+    np.testing.assert_allclose(errors["coating_left"], errors["maximum_wear_depth"] * [1, 1, 0])
+
+
 def test_late_results_follow_the_time_in_which_load_leaves_the_slip_zone():
     """The load outside the stick zone falls to 1/e² of the whole, on cells of a/100."""
     case = make_case(roughness=None)
