@@ -189,7 +189,29 @@ def test_a_point_is_selected_in_the_words_of_a_study_file():
     between = study.fretwear.sel(plastic_limit=["4500 MPa"], slip_model=slice("jaeger", "cerruti"))
     assert between.wear_volume.values.ravel().tolist() == [0.0, 1.0, 4.0, 5.0]
     zipped = study.isel(normal_load=0, plastic_limit=0).rename_dims(slip_model="point")
-    assert zipped.reset_index("slip_model").fretwear.sel(slip_model="cerruti").wear_volume == [1.0]
+    zipped = zipped.reset_index("slip_model")
+    assert zipped.fretwear.sel(slip_model="cerruti").wear_volume == [1.0]
+    rows = study.isel(normal_load=0, slip_model=0, drop=True).rename_dims(plastic_limit="point")
+    rows = rows.reset_index("plastic_limit")
+    for ends, expected in (
+        (("1 GPa", "5 GPa"), [0.0]),
+        (("5 GPa", None), [2.0]),
+        ((None,) * 2, [0, 2]),
+    ):
+        found = rows.fretwear.sel(plastic_limit=slice(*ends))
+        assert found.wear_volume.values.tolist() == expected
+    flags = xr.Dataset(
+        {"wear_volume": ("error_estimate", [1.0, 2.0])}, {"error_estimate": [0.0, 1.0]}
+    )
+    words = flags.assign_coords(error_estimate=["false", "true"])
+    for level in (True, "true", 1):
+        assert flags.fretwear.sel(error_estimate=level).wear_volume == 2.0
+    assert words.fretwear.sel(error_estimate="true").wear_volume == 2.0
+    # Words of messages select as well.
+    assert study.fretwear.sel(plastic_limit="elastic").sizes == {"normal_load": 2, "slip_model": 2}
+    text = study.assign_coords(slip_model=["jaeger", "cerruti"])
+    with pytest.raises(ValueError, match="slip_model = 'jager': the study has jaeger, cerruti"):
+        text.fretwear.sel(slip_model="jager")
     for levels, sentence in (
         ({"load": "30 kN/mm"}, "load = '30 kN/mm': the study has 20000 N/mm, 50000 N/mm"),
         ({"slip_model": "jaegr"}, "slip_model = 'jaegr': the study has jaeger, cerruti"),

@@ -81,15 +81,18 @@ class Accessor:
                 if name in found.indexes:
                     found = found.sel({name: value})
                 else:
-                    (dim,) = found[name].dims
-                    places = np.flatnonzero(np.isin(found[name].values, np.asarray(value)))
-                    if not places.size:
+                    (dim,), values = found[name].dims, found[name].values
+                    if isinstance(value, slice):
+                        first, last = value.start, value.stop
+                        kept = values >= (values if first is None else first)
+                        kept &= values <= (values if last is None else last)
+                    else:
+                        kept = np.isin(values, np.asarray(value))
+                    if not (places := np.flatnonzero(kept)).size:
                         raise KeyError(level)
                     found = found.isel({dim: places})
             except (KeyError, ValueError) as error:
-                there = found[name].attrs.get(LEVELS, "").split("\n")
-                texts = map(self._declaration(found[name]).text, found[name].values.tolist())
-                there = ", ".join(there if there[0] else texts)
+                there = ", ".join(self._texts(found[name]))
                 raise ValueError(f"{key} = {level!r}: the study has {there}") from error
         return found
 
@@ -99,12 +102,22 @@ class Accessor:
             return slice(*(self._stored(axis, end) for end in (level.start, level.stop)))
         if isinstance(level, list | tuple):
             return [self._stored(axis, each) for each in level]
+        if isinstance(level, bool):
+            return float(level)
         if not isinstance(level, str) or axis.dtype.kind in "OU":
             return level
-        if LEVELS in axis.attrs:
-            return axis.attrs[LEVELS].split("\n").index(level)
+        if level in (texts := self._texts(axis)):
+            place = texts.index(level)
+            return place if LEVELS in axis.attrs else axis.values[place]
         declaration = self._declaration(axis)
         return declaration.single.read(level) if isinstance(declaration, Quantity) else float(level)
+
+    def _texts(self, axis: xr.DataArray) -> list[str]:
+        """The levels of a coordinate in words, as messages show them."""
+        if LEVELS in axis.attrs:
+            return str(axis.attrs[LEVELS]).split("\n")
+        is_text = axis.dtype.kind in "OU"
+        return [*map(str if is_text else self._declaration(axis).text, axis.values.tolist())]
 
     def _declaration(self, axis: xr.DataArray) -> Parameter:
         return parameter(str(axis.name)).in_frame(contact_frame(self._dataset.variables))
