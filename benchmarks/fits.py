@@ -290,7 +290,7 @@ def report(rows: list[dict[str, Any]]) -> None:
     for key in ("noise", "kind"):
         for value in dict.fromkeys(row[key] for row in rows):
             told(value, [row for row in rows if row[key] == value])
-    for name in sorted(names):
+    for name in sorted(name for name in names if any(name in row for row in rows)):
         told(name, [row for row in rows if name in row])
 
 
