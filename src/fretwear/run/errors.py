@@ -47,6 +47,9 @@ MARGINS: dict[ErrorKind, Margins] = {
 """Chosen by `coverage` of `benchmarks.verification`: 95 % of the true errors are smaller."""
 
 _LEAST_LOAD = 1e-3  # outside the stick zone, over the whole load
+# Margin for steps, at least, where friction follows slip: both runs take the same steps, in which
+# the edge of the stick zone passes cells whose friction has changed.
+_FOLLOWING_FRICTION = 0.06
 
 
 def columns_of(rows: Sequence[Mapping[str, float]]) -> ScalarValues:
@@ -75,9 +78,11 @@ def cell_errors(
     errors: ScalarValues = {}
     waves = (4.0 * min(each.finest) / each.cells for each in case.surfaces.values())
     cell = case.width_at_edges / min(case.hertz_radius, *waves)
+    following = _FOLLOWING_FRICTION * case.friction_law.follows_slip
     for name, values in scalars.items():
         kind = RESULTS[name].error_kind
         margins = MARGINS[kind]
+        steps = max(margins.steps, following)
         sources = {"dissipated_energy" if kind in ("volume", "depth") else name}
         if case.changes_below:
             # The same energy wears another volume where the substrate is bare.
@@ -87,7 +92,7 @@ def cell_errors(
         parts = [
             np.hypot(margins.apart * apart, margins.usual * usual * size) / math.sqrt(times**2 - 1),
             margins.cells * cell * np.abs(values),
-            margins.steps * case.tolerance * np.abs(values) * (np.arange(values.size) > 0),
+            steps * case.tolerance * np.abs(values) * (np.arange(values.size) > 0),
         ]
         if kind == "peak":
             # The cell with the peak changes, and tells nothing of the others.

@@ -69,7 +69,7 @@ _SHORT = 0.5
 _LARGEST_SWEEPS, _RELOADED = 60, 6
 # Fraction of the tolerance for gross sliding, where the pressure has twenty times the error of the
 # wear.
-_GLIDING = 0.25
+GLIDING = 0.25
 # Weight of the error of friction over the weight of the error of wear.
 _OF_FRICTION = 6.0
 # The same for the energy that changes friction. Where the stick edge passes, rates have a kink;
@@ -631,7 +631,7 @@ class Evolution(Integrator[State]):
         error = max(error / (OVERESTIMATE * volume), friction_error)
         allowed = self.tolerance
         if not second.reduced.load > 0.0:
-            allowed *= min(1.0, _GLIDING / base.geometry.of_tolerance)
+            allowed *= min(1.0, GLIDING / base.geometry.of_tolerance)
         factor, accepted = assessed(error / allowed)
         if first.yielded or second.yielded:
             # A cell at the limit p sinks until wear, at the rate β p, has freed it. A much longer

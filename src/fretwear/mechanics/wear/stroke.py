@@ -150,6 +150,16 @@ class _Slider(Integrator[StrokeState]):
             self._resize(ceil(_GROWTH * x) if wider else x, ceil(_GROWTH * y) if higher else y)
         return wider or higher
 
+    @property
+    def _self_influence(self) -> float:
+        """Displacement of a cell under a pressure on it alone, m/Pa."""
+        return float(self.rubbing.influence[0, 0, 0])
+
+    def settling(self) -> float:
+        """Number of cycles in which the pressure of a cell that begins to touch settles."""
+        growth = self.opens * float(self.rates(self.state.cycle).max(axis=(1, 2)).sum())
+        return self._self_influence / growth if growth > 0 else inf
+
     def load(self) -> None:
         """Load the bodies anew."""
         problem, hertz = self.problem, self.problem.hertz
@@ -188,8 +198,7 @@ class _Slider(Integrator[StrokeState]):
             if rubbing is self.rubbing:
                 break
         growth = self.opens * self.rates(cycle).max(axis=(1, 2)).sum() * hertz.peak_pressure
-        depth = hertz.peak_pressure * float(rubbing.influence[0, 0, 0])
-        first = _FIRST_STEP * depth
+        first = _FIRST_STEP * hertz.peak_pressure * self._self_influence
         if problem.interface is not None:
             first = problem.interface.exposure(first)
         first = first / growth if growth > 0 else inf
@@ -290,7 +299,8 @@ class _Slider(Integrator[StrokeState]):
             step * sum(w * rate for w, rate in zip(weights, (started, halfway, ended), strict=True))
             for weights in (TR_BDF2.weights, TR_BDF2.difference)
         )
-        worn, allowed = base.worn + worn, integrator.OVERESTIMATE * self.tolerance
+        worn = base.worn + worn
+        allowed = integrator.OVERESTIMATE * integrator.GLIDING * self.tolerance
         if (interface := self.interface) is not None:
             worn[0] = interface.deepened(base.worn[0], worn[0] - base.worn[0])
             missed = np.stack([interface.slope(worn[0]), np.ones_like(worn[0])]) * missed
