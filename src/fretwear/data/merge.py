@@ -31,7 +31,7 @@ from fretwear.data.files import (
     write_groups,
 )
 from fretwear.data.labels import FORMAT, history_line, study_attributes
-from fretwear.data.stack import NOT_DONE, Window, common_positions, resampled, window
+from fretwear.data.stack import NOT_DONE, Ends, common_positions, ends_of, resampled
 from fretwear.results import (
     CASE_ID,
     CODE_DIGEST,
@@ -94,13 +94,13 @@ def merge_study(
     """
     files = _CaseFiles(study, Path(cases), keep_older)
     files.survey(tell)
-    if not files.windows:
+    if not files.ends:
         raise files.error(Path(path))
     axes = {
         axis.name: xr.Variable((axis.name,), np.array(values, axis.dtype), axis.attributes)
         for axis, values in (
             (CYCLE, sorted(files.cycles)),
-            (X, common_positions(files.windows)),
+            (X, common_positions(files.ends)),
             (STEP, range(files.steps)),
         )
     }
@@ -149,7 +149,7 @@ class _CaseFiles:
         self.headers, self.errors = Headers(), list[DataFileError]()
         self.status = np.full(study.size, PointStatus.INVALID, STATUS.dtype)
         self.digests, self.warnings = ([""] * study.size for _ in range(2))
-        self.sources, self.cycles, self.windows = set[str](), set[int](), set[Window]()
+        self.sources, self.cycles, self.ends = set[str](), set[int](), set[Ends]()
         self.steps = 0  # of the longest history
         self.done = dict[int, Sequence[int]]()  # cycles of a case, by the number of its point
         self.extra = dict[int, Arrays]()  # results that sections add, over the cycles of the case
@@ -186,7 +186,7 @@ class _CaseFiles:
         self.warnings[number] = attributes.get(WARNINGS.name, "")
         self.sources |= {attributes["source"]} if "source" in attributes else set()
         self.cycles.update(case.output_cycles)
-        self.windows.add(window(axes[X.name]))
+        self.ends.add(ends_of(axes[X.name]))
         self.steps = max(self.steps, steps)
 
     def error(self, path: Path) -> DataFileError:
@@ -244,7 +244,7 @@ class _CaseFiles:
             piece = {name: np.array(each[place], order="C") for name, each in merged.items()}
             rows = {n: each.reshape(-1, *each.shape[len(shape) :]) for n, each in piece.items()}
             numbers = range(first * inner, min((first + most) * inner, self.study.size))
-            for number in filter(self.done.__contains__, numbers):
+            for number in self.done.keys() & {*numbers}:
                 for name, (along, values) in self._values(number, cycles, x).items():
                     if name in rows:
                         rows[name][number - numbers.start, along] = values

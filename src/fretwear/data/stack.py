@@ -32,17 +32,17 @@ NOT_DONE = -1
 """Value of ``contact_state`` at missing points and cycles, where other fields are NaN."""
 
 
-Window: TypeAlias = tuple[float, float, int]
+Ends: TypeAlias = tuple[float, float, int]
 """First and last cell centre of a case, m, and number of cells."""
 
 
-def window(cells: Array) -> Window:
-    """Return the window of a case from its cell centres, m."""
+def ends_of(cells: Array) -> Ends:
+    """Return the ends of the cells of a case from their centres, m."""
     return float(cells[0]), float(cells[-1]), cells.size
 
 
-def common_positions(cases: Collection[Window]) -> Array:
-    """Return positions, m, common to all cases, given the window of each.
+def common_positions(cases: Collection[Ends]) -> Array:
+    """Return positions, m, common to all cases, given the ends of each.
 
     These are the centres of cells of the finest spacing, up to the end of the largest window. If
     all cases have one spacing, they are the cells of the cases, and interpolation changes no value.
@@ -146,7 +146,7 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
         summary.close()
         raise
     done = filter(None, cases.flat)
-    stacked, rows = summary, {window(axes[2]) for _, axes in done if len(axes) == 3}
+    stacked, rows = summary, {ends_of(axes[2]) for _, axes in done if len(axes) == 3}
     if rows:
         stacked = stacked.assign_coords({Y.name: (Y.name, common_positions(rows), Y.attributes)})
     axes = [stacked[name].to_numpy() for name in dims]
