@@ -37,7 +37,7 @@ from fretwear.quantity import (
 from fretwear.results import LOOP, OPTIONAL_SCALARS, SCALARS, Y
 from fretwear.study.case import Case, case_keys
 from fretwear.study.cycles import MAX_CYCLES
-from fretwear.study.mistakes import Mistakes
+from fretwear.study.mistakes import Mistakes, nearest_key
 from fretwear.study.sections import StudySection
 from fretwear.study.study import as_mapping
 from fretwear.units import (
@@ -45,7 +45,6 @@ from fretwear.units import (
     LINE_CONTACT,
     FloatWithUnit,
     QuantityError,
-    did_you_mean,
     exact_text,
     format_quantity,
     parse_quantity,
@@ -198,9 +197,7 @@ class SoughtRange(BaseModel):
         """The parameter with this range."""
         about, path = _parameter_at(name)
         if about is None:
-            raise QuantityError(
-                "is not a case parameter", did_you_mean(name, case_keys().all_names)
-            )
+            raise QuantityError("is not a case parameter", nearest_key(name, case_keys().all_names))
         if not isinstance(about, Quantity):
             raise QuantityError("cannot be sought within a range")
         low, high = (about.read(end, _UNITS) for end in (self.low, self.high))

@@ -13,6 +13,7 @@ import warnings
 import zipfile
 from collections.abc import Collection, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -118,7 +119,8 @@ def _by(sides: Sequence[float]) -> str:
 
 def _sides(size: str) -> tuple[float, float]:
     """Lengths of the sides, m, of a text such as "900 um, 900 um"."""
-    sides = [parse_quantity(one, LENGTH, units_required=True) for one in size.split(",")]
+    length = replace(LENGTH, example="900 um")
+    sides = [parse_quantity(one, length, units_required=True) for one in size.split(",")]
     is_pair = len(sides) == 2 and min(sides) > 0.0
     ensure(is_pair, f"needs two sides, not size: [{size}]", "size: [900 um, 900 um]")
     return sides[0], sides[1]

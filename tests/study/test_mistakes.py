@@ -61,6 +61,8 @@ base/amplitude: 1 um || it is a key of roughness; vary and --set take roughness.
 base/roughness: {rms_height: 1 um} || rms_height = 1 um: | it is a key of kind: self_affine
 base/hertz_pressure: 1 GPa || it is a result
 base/normal_load: 5 N || did you mean 'load'?
+fit: {free: {K: [1e-14 / Pa, 1e-12 / Pa]}, data: []} || did you mean 'wear_coefficient'?
+base/roughness: {kind: measured, path: a.x3p} || did you mean 'file'?
 base/slip_model: Coulomb || must be one of jaeger
 design: lhs || must be one of grid, zip, sobol | write {kind: sobol, …}
 base/material: steel | base/youngs_modulus, base/poisson_ratio | 'mild steel' or 'tool steel'?

@@ -34,6 +34,8 @@ _OTHER_WORDS = {
     "dt": "steps over the cycles follow from tolerance",
     "tangential_force": "did you mean 'tangential_load'?",
     "e": "did you mean 'youngs_modulus'?",
+    "k": "did you mean 'wear_coefficient'?",
+    "path": "did you mean 'file'?",
     "nu": "did you mean 'poisson_ratio'?",
     "hardness": "give plastic_limit, about the hardness",
     **dict.fromkeys(("yield_strength", "yield_stress"), "give plastic_limit, about 3 times that"),
@@ -156,7 +158,8 @@ def _keys_at(schema: Schema, path: Sequence[int | str]) -> Iterator[Mapping[str,
     for choice in (schema, *schema.get("anyOf", ()), *schema.get("oneOf", ())):
         keys = choice.get("properties", {})
         if path:
-            inner = choice.get("items") if isinstance(path[0], int) else keys.get(path[0])
+            of_others = choice.get("items" if isinstance(path[0], int) else "additionalProperties")
+            inner = keys.get(path[0]) or of_others
             yield from _keys_at(inner, path[1:]) if inner else ()
         elif keys:
             yield keys
