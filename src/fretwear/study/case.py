@@ -161,7 +161,7 @@ class Case(Setup):
         broken: list[Mistake] | None = None
         if members is None:
             members, unread, broken = _read(parameters)
-        elif not members.keys() <= self.__dataclass_fields__.keys():
+        elif not members.keys() <= field_names(Case):
             raise TypeError("parameters are keywords: fretwear.Case(**parameters)")
         values = {**members}
         # Fields of open parts are attributes too, unless all parts have a property of that name.
