@@ -136,20 +136,24 @@ class Aspher(Peer):
             raise ValueError("aspher has square windows")
         self._modulus = modulus
 
-    def solve(self, shape: Array, load: float, limit: float = math.inf) -> Array:
+    def solve(
+        self, shape: Array, load: float, limit: float = math.inf, start: Array | None = None
+    ) -> Array:
         import aspher
 
         if limit < math.inf:
             raise ValueError("aspher solves elastic contacts")
-        result = aspher.solve_nested(
-            grid_size=len(shape),
-            gap=np.ascontiguousarray(shape).ravel(),
-            p_nominal=load / (self.lengths[0] * self.lengths[1]),
-            domain_size=self.lengths[0],
-            E_star=self._modulus,
-            backend="fft",
-            tol=self.tolerance,
-        )
+        sizes = {"grid_size": len(shape), "domain_size": self.lengths[0], "E_star": self._modulus}
+        contact = {
+            "gap": np.ascontiguousarray(shape).ravel(),
+            "p_nominal": load / (self.lengths[0] * self.lengths[1]),
+            "tol": self.tolerance,
+        }
+        if start is None:
+            result = aspher.solve_nested(**sizes, **contact, backend="fft")
+        else:
+            solver = aspher.ContactSolver(**sizes, backend="fft")
+            result = solver.solve(**contact, p_init=start.ravel(), precond="fourier-fft")
         if not result.converged:
             raise RuntimeError("aspher did not converge")
         return np.array(result.pressure, np.float64).reshape(shape.shape)
@@ -188,6 +192,7 @@ def unfolded(field: Array) -> Array:
 
 RESIDUAL = 1e-6
 TUNING_CELLS = 128
+_WORN = 0.01  # depth of the wear step over the largest displacement
 CONTACTS: dict[str, dict[str, Any]] = {
     "smooth": {},
     "wavy": {"roughness": WAVES},
@@ -212,54 +217,75 @@ def cold(kind: str, cells: int, *, quarter: bool = False) -> ContactProblem:
     return ContactProblem(bodies, problem.unworn(window), problem.hertz.load)
 
 
-def own(kind: str, cells: int, *, quarter: bool) -> Solver:
+def warm(problem: ContactProblem) -> tuple[ContactProblem, dict[str, Array]]:
+    """The contact after a wear step, with its former pressure as the start.
+
+    The step wears the point of highest pressure by 1 % of the largest displacement.
+    """
+    contact = solve_contact(problem, tolerance=0.01 * RESIDUAL)
+    deepest = _WORN * float(problem.half_space.displacement(contact.pressure).max())
+    shape = problem.shape + deepest * contact.pressure / contact.pressure.max()
+    return replace(problem, shape=shape), {"start": contact.pressure}
+
+
+def own(problem: ContactProblem, start: dict[str, Array]) -> Solver:
     """This simulator's solver, on the quarter or on the whole window."""
-    problem = cold(kind, cells, quarter=quarter)
     window, modulus = problem.half_space.geometry, problem.half_space.modulus
 
     def solve() -> Array:
         bodies = window.half_space(modulus)
-        contact = solve_contact(replace(problem, half_space=bodies), tolerance=RESIDUAL)
-        return unfolded(contact.pressure) if quarter else contact.pressure
+        contact = solve_contact(replace(problem, half_space=bodies), **start, tolerance=RESIDUAL)
+        return unfolded(contact.pressure) if all(window.even) else contact.pressure
 
     return solve
 
 
-def other(peer: type[Peer], kind: str, cells: int, tolerance: float) -> Solver:
+def other(
+    peer: type[Peer], problem: ContactProblem, start: dict[str, Array], tolerance: float
+) -> Solver:
     """A peer on the whole window."""
-    problem = cold(kind, cells)
+    bodies = problem.half_space
 
     def solve() -> Array:
-        bodies = problem.half_space
-        return peer(bodies.geometry, bodies.modulus, tolerance).solve(problem.shape, problem.load)
+        solver = peer(bodies.geometry, bodies.modulus, tolerance)
+        return solver.solve(problem.shape, problem.load, **start)
 
     return solve
 
 
-def tuned(peer: type[Peer], kind: str, cells: int, largest: float = 1.0) -> float:
+def tuned(
+    peer: type[Peer], problem: ContactProblem, start: dict[str, Array], largest: float = 1.0
+) -> float:
     """The largest tolerance, up to another one, with which a peer reaches the residual."""
-    problem = cold(kind, cells)
     for tolerance in (each for each in _LADDER if each <= largest):
-        if residual(problem, other(peer, kind, cells, tolerance)()) <= RESIDUAL:
+        if residual(problem, other(peer, problem, start, tolerance)()) <= RESIDUAL:
             return tolerance
     return _LADDER[-1]
 
 
 def compare(
-    kind: str, cells: int, peers: Sequence[type[Peer]], repeats: int = 3
+    kind: str, cells: int, peers: Sequence[type[Peer]], repeats: int = 3, *, worn: bool = False
 ) -> list[dict[str, Any]]:
-    """Median processor seconds and residual of everyone, who solve in turn; ours first."""
+    """Median processor seconds and residual of everyone, who solve in turn; ours first.
+
+    They solve the first loading, or the contact a wear step later from its pressure.
+    """
     if Tamaas in peers:
         import tamaas
 
         tamaas.initialize(1)
-    problem = cold(kind, cells)
-    solvers = {"fretwear, whole window": own(kind, cells, quarter=False)}
+
+    def contact(cells: int, *, quarter: bool = False) -> tuple[ContactProblem, dict[str, Array]]:
+        first = cold(kind, cells, quarter=quarter)
+        return warm(first) if worn else (first, {})
+
+    whole = problem, _ = contact(cells)
+    solvers = {"fretwear, whole window": own(*whole)}
     if kind != "self-affine":
-        solvers["fretwear, quarter"] = own(kind, cells, quarter=True)
+        solvers["fretwear, quarter"] = own(*contact(cells, quarter=True))
     for peer in peers:
-        on_few = tuned(peer, kind, min(cells, TUNING_CELLS))
-        solvers[peer.title()] = other(peer, kind, cells, tuned(peer, kind, cells, on_few))
+        on_few = tuned(peer, *contact(min(cells, TUNING_CELLS)))
+        solvers[peer.title()] = other(peer, *whole, tuned(peer, *whole, on_few))
     residuals = {name: residual(problem, solve()) for name, solve in solvers.items()}
     seconds: dict[str, list[float]] = {name: [] for name in solvers}
     for _ in range(repeats):
