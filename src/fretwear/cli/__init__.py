@@ -13,10 +13,6 @@ def main() -> None:
         # A process started by nohup outlives its terminal.
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _stop)
-    # xarray would import these (half a second) to recognise arrays that no command has. They stay
-    # for a program that has imported xarray; units that need pint import it all the same.
-    if "xarray" not in sys.modules:
-        sys.modules.update(dict.fromkeys({"dask", "pint"} - sys.modules.keys()))  # type: ignore
     try:
         from fretwear.cli.program import app
 

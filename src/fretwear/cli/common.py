@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from enum import IntEnum
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -48,8 +49,17 @@ def add_command(
     """Add a command under its name in the example; its help is wrapped where it is shown."""
     name, epilog = example.split()[1], f"[dim]Example:[/dim] {example}"
     words = re.sub(r"(?<!\n)\n(?!\n)", " ", inspect.getdoc(function) or "")
+
+    @wraps(function)
+    def command(**arguments: object) -> None:
+        # xarray would import these (half a second) to recognise arrays that none of these commands
+        # has. They stay for a program that has imported xarray, and for commands of plug-ins.
+        if "xarray" not in sys.modules:
+            sys.modules.update(dict.fromkeys({"dask", "pint"} - sys.modules.keys()))  # type: ignore
+        function(**arguments)
+
     add = app.command(name, help=words, rich_help_panel=panel, epilog=epilog)
-    add(function)
+    add(command)
 
 
 def argument(metavar: str, help_: str) -> object:
