@@ -686,13 +686,15 @@ def outline_spots(first: State, second: State) -> tuple[int, int]:
 
 def _moving_spots(geometry: Geometry, others: Mask, cells: Mask) -> int:
     """Number of spots of a zone that another zone lacks and that lie in no outline of the rest."""
-    from scipy.ndimage import binary_dilation, label  # commands that run no case do without
-
-    beside = np.ones((3, 3), np.bool_)
-    near = binary_dilation(others, beside)
+    wide = np.pad(others, 1)
+    wide = wide[:-2] | wide[1:-1] | wide[2:]
+    near = wide[:, :-2] | wide[:, 1:-1] | wide[:, 2:]
     if not near.any() or not (cells & ~near).any():
         return 0
-    spots, count = label(cells, beside)
+
+    from scipy.ndimage import label  # takes long, and smooth bodies do without
+
+    spots, count = label(cells, np.ones((3, 3), np.bool_))
     alone = np.setdiff1d(np.arange(1, count + 1), spots[near])
 
     def enclosed(zone: Mask) -> int:
