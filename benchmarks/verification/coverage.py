@@ -31,7 +31,7 @@ FAMILIES = {
     "rough capped": 8, "line": 5, "rough line": 8, "punch": 5, "stroke": 5,
     "displacement": 5, "debris": 3, "coated": 20,
 }  # fmt: skip
-SEED = 20267
+SEED = 20268
 # The indenter of the cases of a family, if not a sphere; and the families that are rough.
 LINES = {
     "line": range(5), "rough line": range(8), "punch": (0, 1), "stroke": (0, 1, 3),
@@ -300,7 +300,7 @@ plastic volumes and late energies of rough contacts.
 
 {of_each}
 
-Measured by `python -m benchmarks.verification coverage` in 25 minutes of two cores.
+Measured by `python -m benchmarks.verification coverage` within an hour of two cores.
 """
 
 
