@@ -172,12 +172,12 @@ class Accessor:
         Its ``plot()`` has the slip direction to the right. ``cycle`` selects the nearest snapshot,
         the last one by default. A ValueError names the fields that lie over x and y.
         """
-        if name not in self._dataset or not {X.name, Y.name} <= {*self._dataset[name].dims}:
-            fields = [str(n) for n, v in self._dataset.items() if {X.name, Y.name} <= {*v.dims}]
+        fields = [str(n) for n, v in self._dataset.items() if {X.name, Y.name} <= {*v.dims}]
+        if name not in fields:
             there = ", ".join(fields) or "none, because a line contact has lines instead of maps"
             raise ValueError(f"{name} is no map; maps are {there}")
         kept = {X.name, Y.name, CYCLE.name}
-        if not {X.name, Y.name} <= {*self._dataset[name].dims} <= kept:
+        if not {*self._dataset[name].dims} <= kept:
             raise ValueError(f"{name} is not over x and y of one case")
         field = self._dataset[[name]].drop_vars(self._dataset.coords.keys() - kept)
         field = field.isel(cycle=-1) if cycle is None else field.sel(cycle=cycle, method="nearest")

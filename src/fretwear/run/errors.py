@@ -83,11 +83,11 @@ def cell_errors(
         kind = RESULTS[name].error_kind
         margins = MARGINS[kind]
         steps = max(margins.steps, following)
-        sources = {"dissipated_energy" if kind in ("volume", "depth") else name}
+        source = "dissipated_energy" if kind in ("volume", "depth") else name
+        usual = _usual(scalars[source], twin[source])
         if case.changes_below:
             # The same energy wears another volume where the substrate is bare.
-            sources.add(name)
-        usual = max(_usual(scalars[source], twin[source]) for source in sources)
+            usual = max(usual, _usual(values, twin[name]))
         apart, size = _apart(values, twin[name])
         parts = [
             np.hypot(margins.apart * apart, margins.usual * usual * size) / math.sqrt(times**2 - 1),

@@ -165,6 +165,8 @@ class Rubbing:
             row = np.arange(self.rows)
             self.influence = love[:, abs(row[:, None] - row)] + love[:, row[:, None] + row + 1]
             self.area, self.y = 2.0 * size * problem.spacing[1], self.geometry.y
+        #: Displacement of a cell under a pressure on it alone, m/Pa.
+        self.self_influence = float(self.influence[0, 0, 0])
         self._transform = np.fft.rfft(
             np.concatenate([self.influence, self.influence[:1], self.influence[:0:-1]]), axis=0
         )
@@ -445,7 +447,7 @@ class _Stage:
 
     def __init__(self, rubbing: Rubbing, shape: Array, compliance: Array) -> None:
         self._rubbing, self.shape, self._compliance = rubbing, shape, compliance
-        self.limit, self.self_influence = rubbing.limit, float(rubbing.influence[0, 0, 0])
+        self.limit, self.self_influence = rubbing.limit, rubbing.self_influence
 
     def displacement(self, pressure: Array) -> Array:
         """Displacement and wear of all positions, m."""

@@ -150,15 +150,10 @@ class _Slider(Integrator[StrokeState]):
             self._resize(ceil(_GROWTH * x) if wider else x, ceil(_GROWTH * y) if higher else y)
         return wider or higher
 
-    @property
-    def _self_influence(self) -> float:
-        """Displacement of a cell under a pressure on it alone, m/Pa."""
-        return float(self.rubbing.influence[0, 0, 0])
-
     def settling(self) -> float:
-        """Number of cycles in which the pressure of a cell that begins to touch settles."""
+        """As in the base class: wear deepens a cell by what its pressure displaces it."""
         growth = self.opens * float(self.rates(self.state.cycle).max(axis=(1, 2)).sum())
-        return self._self_influence / growth if growth > 0 else inf
+        return self.rubbing.self_influence / growth if growth > 0 else inf
 
     def load(self) -> None:
         """Load the bodies anew."""
@@ -198,7 +193,7 @@ class _Slider(Integrator[StrokeState]):
             if rubbing is self.rubbing:
                 break
         growth = self.opens * self.rates(cycle).max(axis=(1, 2)).sum() * hertz.peak_pressure
-        first = _FIRST_STEP * hertz.peak_pressure * self._self_influence
+        first = _FIRST_STEP * hertz.peak_pressure * rubbing.self_influence
         if problem.interface is not None:
             first = problem.interface.exposure(first)
         first = first / growth if growth > 0 else inf
