@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from fretwear.mechanics.contact.rings import Rings
-from fretwear.mechanics.surfaces.coating import Coating
+from fretwear.mechanics.slip.models import WearLayer
+from fretwear.mechanics.surfaces.coating import Coating, Interface
 from fretwear.mechanics.surfaces.laws import Archard
 from fretwear.mechanics.surfaces.pressing import NormalLoad
 from fretwear.mechanics.values import OfBodies
@@ -220,3 +221,13 @@ def test_the_exposed_area_ends_within_a_cell():
         assert fractions.mean() == near(edge, rel=2e-3)
     stopped = np.minimum(depth, 0.5)
     assert deeper_fraction(stopped, 0.5)[:20].min() == 1.0
+
+
+def test_a_cell_crosses_the_interface_at_its_depth():
+    """In the last two cells slip ends, in the last one within an exponent that never passes."""
+    gap, shift = np.array([[1e-6, 0.0], [1e-6, 2e-6], [1e-6, -5e-7], [1.77e-11, -6.4e-10]]).T
+    interface, zeros = Interface(2e-7, 3.0, (0.0, 1.0)), np.zeros(4)
+    layer = WearLayer(zeros, gap, shift, zeros, 1.0, interface=interface)
+    found = layer.crossing
+    assert layer.displacement(found)[:3] == near(np.full(3, 2e-7), rel=1e-9)
+    assert found[3] > 36.0

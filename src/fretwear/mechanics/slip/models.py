@@ -564,9 +564,9 @@ class WearLayer(Layer):
         assert self.interface is not None
         left = np.where(self.interface.reached(self.wear), 0.0, self.interface.depth - self.wear)
         shift = np.zeros_like(left) if self.shift is None else self.shift
-        gap, tiny = self.reduced_gap, np.finfo(np.float64).tiny
+        gap = self.reduced_gap
         mean = np.maximum(gap + 0.5 * shift, 1e-9 * gap)
-        moves = (left > 0.0) & (mean > tiny) & np.isfinite(left)
+        moves = (left > 0.0) & (mean > np.finfo(np.float64).tiny) & np.isfinite(left)
         found = np.where(left > 0.0, np.inf, 0.0)
         left, shift, gap, mean = left[moves], shift[moves], gap[moves], mean[moves]
         x = np.minimum(np.log1p(left / mean), _LARGEST_EXPONENT)
@@ -575,7 +575,8 @@ class WearLayer(Layer):
             mean_growth = np.expm1(above) / above
             missed = growth * gap + shift * (mean_growth - 1.0) - left
             slope = (growth + 1.0) * gap + shift * (growth + 1.0 - mean_growth) / above
-            change = missed / np.maximum(slope, tiny)
+            # Where the stick zone widens, W first falls: from there on x begins at its bound.
+            change = missed / np.maximum(slope, _CROSSED * left)
             x = np.clip(x - change, 0.0, _LARGEST_EXPONENT)
             if (np.abs(change) <= _CROSSED * (1.0 + x)).all():
                 break
