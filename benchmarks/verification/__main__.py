@@ -31,13 +31,12 @@ PARTS = (
 INTRODUCTION = """\
 # Verification in detail
 
-`python -m benchmarks.verification` repeats these checks in about {minutes} of one core (extras `test` and `bench`; {versions}); names of
-sections ({names}) run only those.
+`python -m benchmarks.verification` repeats these checks in about {minutes} of one core (extras `test` and `bench`; {versions}); it also takes
+names of sections: {names}.
 
-Unless stated otherwise, the contact is the [source study's](paper.md) with `slip_model: jaeger`, which has closed forms: steel on steel, R = 10 mm,
-P = 50 N, µ = 0.5, E = 208 GPa, ν = 0.3, K_w = 7e-13 / Pa, hence a = 148.6 µm and p0 = 1081 MPa. X = Q/µP is the load ratio, τ = 4 K_w µ κ p0 N
-the dimensionless number of cycles (τ = 55 is 30000 cycles). Spacings are fractions of a; "capped" means p ≤ 4500 MPa. A deviation is
-computed value over reference, less one.
+The contact is the [source study's](paper.md) with `slip_model: jaeger`, which has closed forms: steel on steel, R = 10 mm, P = 50 N, µ = 0.5,
+E = 208 GPa, ν = 0.3, K_w = 7e-13 / Pa, hence a = 148.6 µm and p0 = 1081 MPa. X = Q/µP; τ = 4 K_w µ κ p0 N is 55 after 30000 cycles. Spacings
+are fractions of a; "capped" means p ≤ 4500 MPa. Deviations are computed over reference values, less one.
 """
 
 

@@ -293,10 +293,8 @@ def text(data: Data) -> str:
 {len(everything)} cases of {BASE["cycles"]} cycles drawn at random{without}: X = {_range(RATIOS)}, radii of {_range(RADII)} mm, {_range(LOADS)} N or
 {_range(LOADS_OF_LINE)} N/mm, friction 0.3 to 0.8, waves of {_range(AMPLITUDES)} µm, plastic limits of {_range(LIMITS)} p0, strokes of
 {_range(STROKES)} µm, displacements up to {MOST_OF_TRANSITION:g} U_t, and debris fractions of {_range(DEBRIS)}. Each runs on default cells (`accuracy: none`); the
-true values come from cells {REFERENCE:g} times narrower. A result is a scalar at one of four cycles; "estimate / true" is a median. The margins of
-the estimate were chosen on other cases. The errors come from cells and steps, because the truth has the same slip model. The error of this model is a
-bias of known size, measured against friction as a vector on the same cells, and printed errors add it as a square. The largest errors are
-plastic volumes and late energies of rough contacts.
+true values come from cells {REFERENCE:g} times narrower with the same slip model. A result is a scalar at one of four cycles; "estimate / true" is a median.
+The margins of the estimate were chosen on other cases. The largest errors are plastic volumes and late energies of rough contacts.
 
 {of_each}
 

@@ -94,10 +94,9 @@ def text(data: Data) -> str:
     rows = [[name, *(f"{share:.2%}" for share in row.values())] for name, row in data.items()]
     *_, before, last = CONTACT["output_cycles"]
     return f"""\
-`cerruti` leaves out traction across the direction of motion. The table gives its largest differences from
-`coupled` on the same cells: ∫|Δs| / ∫s for slip, the same for wear depth, and the energy relative to its largest value. The first columns hold up to
-cycle {before}, the last two at cycle {last}; where the smooth contact yields, up to 600 and at 1000. In single cells beside the
-edge of stick, where wear at last gives it an infinite slope, slip differs by several per cent.
+Largest differences of `cerruti`, without traction along y, from `coupled` on the same cells: ∫|Δs| / ∫s for slip, likewise for wear depth. The
+first columns hold up to cycle {before}, the last two at cycle {last} (smooth and yielding: 600, 1000). In single cells beside the edge of stick
+late slip differs by several per cent.
 
 {table(["", "slip", "wear depth", "deepest wear", "volume", "energy", "last volume", "last energy"], rows)}
 """

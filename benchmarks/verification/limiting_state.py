@@ -117,27 +117,15 @@ def text(data: Data) -> str:
             for name, label in NAMES.items()
         ),
     )
-    scatter = table(
-        [f"X = {NARROW}, any position", *(f"a/{_nominal(w)}" for w, _ in SCATTER)],
-        (
-            [label, *(_range(_group(data, whole), name) for whole, _ in SCATTER)]
-            for name, label in NAMES.items()
-        ),
-    )
+    scatter = _group(data, SCATTER[1][0])
     return f"""\
 A smooth elastic sphere after 30000 cycles, against the closed forms of the limit.
 
 {main}
 
-At X = {NARROW} the worn annulus is 12 cells of a/110 wide, and results depend on the position of the stick edge within a cell.
-Least and largest deviation as the edge moves through one cell:
-
-{scatter}
+At X = {NARROW} the worn annulus is 12 cells wide at a/110. As its inner edge moves through a cell, the wear volume deviates by
+{_range(scatter, "wear_volume")}, the deepest wear by {_range(scatter, "deepest_wear")}.
 """
-
-
-def _nominal(whole: int) -> int:
-    return round(whole / (LimitingState(HERTZ, NARROW).stick_radius / A))
 
 
 def _range(rows: list[Data], name: str) -> str:

@@ -89,16 +89,15 @@ def text(data: Data) -> str:
             f"{row['job']}, {row['peer']}",
             scientific(row["pressure"], ".1e"),
             scientific(row["largest"], ".1e"),
-            "the same" if row["area"] == 0 else scientific(row["area"], ".1e"),
         ]
         for row in data["rows"]
     ]
     versions = " and ".join(f"{name} {number}" for name, number in data["versions"].items())
     nx, ny = CELLS
     return f"""\
-The first loading by {versions} on the same {nx} × {ny} cells, by Polonsky and Keer's method.
+The first loading by {versions} on the same {nx} × {ny} cells; the loaded cells differ by {scientific(max(row["area"] for row in data["rows"]), ".0e")}.
 
-{table(["", "pressure, L1", "pressure, largest", "loaded cells"], rows)}
+{table(["", "pressure, L1", "pressure, largest"], rows)}
 """
 
 

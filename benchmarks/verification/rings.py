@@ -99,13 +99,13 @@ def text(data: Data) -> str:
         for row in data[kind]
     ]
     return f"""\
-Runs on grids against an independent solution on concentric rings, with dense matrices and small backward steps
-(`benchmarks/verification/reference_rings.py`), accurate to 0.3 %. Largest deviation from τ = 0.5 to 20:
+Grids against an independent solution on rings, with dense matrices and small backward steps, accurate to 0.3 %
+(`benchmarks/verification/reference_rings.py`). Largest deviation from τ = 0.5 to 20:
 
 {table(["", *NAMES.values(), "cells across the yielding band"], rows)}
 
-Bodies yield in a narrow band at the edge of the stick zone. A grid with cells wider than this band (X = 0.2 and 0.5) stays too close to the
-elastic result; by default such spheres are computed on rings, which resolve the band.
+Bodies yield in a narrow band at the edge of the stick zone. Cells wider than this band (X = 0.2 and 0.5) miss it; by default such spheres are
+computed on rings, which resolve it.
 """
 
 

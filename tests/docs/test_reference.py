@@ -1,5 +1,6 @@
 """The tables of the reference have every parameter, variable, symbol, command and material."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -31,9 +32,9 @@ from fretwear_cracks.section import StressOutput
 from fretwear_cracks.variables import CRACKS, EDGE_STRESSES, FATIGUE, STRESSES
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
-STUDY_FILE, DATASET, NOTATION = (
+STUDY_FILE, DATASET, NOTATION, COMMANDS = (
     (DOCS / "reference" / f"{name}.md").read_text(encoding="utf-8")
-    for name in ("study-file", "dataset", "notation")
+    for name in ("study-file", "dataset", "notation", "command-line")
 )
 VARIABLES = (
     *(CYCLE, X, Y, STEP, ERROR_ESTIMATE, CONVOLUTIONS, CONTACT_SPOTS, STICK_SPOTS),
@@ -73,7 +74,11 @@ def test_every_parameter_is_in_its_table(name):
     assert f"`{about.example}`" in row or not isinstance(about, Quantity)
     assert in_tables(about.description or f"{about.words.capitalize()}.") in row
     if isinstance(about, Quantity) and not about.is_whole:
-        assert f" {about.range_text()}" in row
+        words = [("larger than", ">"), ("at least", "≥"), ("less than", "<"), ("at most", "≤")]
+        limits = about.range_text().replace(" and ", ", ")
+        for word, sign in words:
+            limits = limits.replace(word, sign)
+        assert f"| {limits}" in re.sub(r"\| (\S+) to (\S+)", r"| ≥ \1, ≤ \2", row)
 
 
 @pytest.mark.parametrize("path", [(), ("output", "stress"), ("fit", "data", "items")], ids="/".join)
@@ -87,7 +92,8 @@ def test_every_key_of_a_study_is_in_its_table(path):
 
 @pytest.mark.parametrize("variable", VARIABLES, ids=lambda variable: variable.name)
 def test_every_variable_is_in_its_table(variable):
-    cells = (variable.si_unit or "–", variable.dtype, variable.words)
+    symbol = variable.symbol if variable.symbol.startswith("$") else ""
+    cells = (symbol, variable.si_unit or "–", variable.words)
     listed = rows(DATASET, f"`{variable.name}`")
     assert any(all(f"| {in_tables(cell)}" in row for cell in cells) for row in listed)
     assert any(in_tables(variable.comment) in row for row in listed)
@@ -113,13 +119,11 @@ def quantities():
     return [(name, about) for name, about in listed if about.symbol.startswith("$")]
 
 
-def test_every_symbol_is_in_the_notation():
+def test_every_symbol_is_in_the_table_of_its_parameter_or_in_the_notation():
     for name, about in quantities():
-        (row,) = rows(NOTATION, about.symbol)
-        _, _, meaning, unit, names, _ = row.split("|")
-        assert about.words in meaning
-        assert unit.strip() == about.si_unit
-        assert f"`{name}`" in names
+        key = f"`{name.replace('counterface.', 'roughness.')}`"
+        listed = (*rows(STUDY_FILE, key), *rows(DATASET, key), *rows(NOTATION, about.symbol))
+        assert any(f"| {about.symbol} |" in row for row in listed), name
 
 
 def test_no_symbol_stands_for_two_quantities():
@@ -129,12 +133,13 @@ def test_no_symbol_stands_for_two_quantities():
 
 
 def test_every_command_has_its_options_in_the_reference():
-    page = (DOCS / "reference" / "command-line.md").read_text(encoding="utf-8")
     for name, command in get_command(app).commands.items():
-        _, _, section = page.partition(f"\n## `fretwear {name}`\n")
-        section, *_ = section.split("\n## ")
-        assert command.help.partition("\n")[0].strip() in section
+        (row,) = re.findall(rf"^\| `{name}[` ].*$", COMMANDS, re.M)
+        assert command.help.partition("\n")[0].strip() in row
         for option in command.params:
-            for spelling in option.opts if option.param_type_name == "option" else ():
-                assert spelling in section, f"{name} {spelling}"
-            assert option.help in section, f"{name} {option.name}"
+            listed = [row for row in COMMANDS.splitlines() if f"`{name}`" in row]
+            if option.param_type_name == "option":
+                spelled = f"| `{', '.join(option.opts)}"
+                assert any(row.startswith(spelled) and option.help in row for row in listed), name
+            else:
+                assert option.metavar in row
