@@ -82,8 +82,8 @@ def cases_text(data: Data) -> str:
     ]  # fmt: skip
     header = ["case", "cycles", "processor, s", "memory, MB", "largest printed error"]
     return f"""\
-The contact of the [source study](paper.md) with default settings: an accuracy of 2 %, within ten times the work on the default cells, and estimated
-errors. Memory is without 90 MB of libraries; the error is the larger one of wear volume and contact area at the last cycle.
+The contact of the [source study](paper.md) with default settings. Memory is without 90 MB of libraries; the error is the larger one of wear
+volume and contact area at the last cycle.
 
 {{figure}}
 
@@ -122,28 +122,26 @@ def peers_text(data: Data) -> str:
     return f"""\
 {{figure}}
 
-Solution of the first loading of a smooth sphere on {CELLS}² cells. The same code computes all residuals from the pressure; each program has the
-largest tolerance, in steps of √10, that keeps its residual on these cells below {scientific(contacts.RESIDUAL)}.
+The first loading of a smooth sphere on {CELLS}² cells. One code computes all residuals; each program has the largest tolerance, in steps of √10,
+that keeps its residual below {scientific(contacts.RESIDUAL)}.
 
 {table(["", "processor, s", "residual"], solves)}
 
-The next table has the processor time of {peer} over that of fretwear, in turn in one run for each contact. The wavy and the self-affine
-surface come from `studies/paper.yaml` and `studies/self_affine.yaml`. A wear step later, the start is the pressure before the step, which wears the
-point of highest pressure by 1 % of the largest displacement. `python -m benchmarks.performance peers` repeats both tables.
+Processor time of {peer} over that of fretwear, in one run for each contact (`python -m benchmarks.performance peers`). The rough surfaces
+come from `studies/paper.yaml` and `studies/self_affine.yaml`. A wear step wears the point of highest pressure by 1 % of the largest displacement;
+the solution before it is the start.
 
 {table(["contact", "cells", "over the whole window", "over the quarter"], ratios)}
 
 ### What aspher is good for beside fretwear
 
-aspher (C++, BSD) is an independent check, of pressures and of cycles without lateral contraction:
+aspher (C++, BSD) checks independently
 
-- By `backend="fft"` its pressures agree with these solutions within the residual.
-- At ν = 0, with `tol_tangential=1e-7`, the energy of a cycle in partial slip is within 10⁻⁶ of that of the slip model `coupled` (sphere,
-  Q = 0.6 µP, 64² and 128² cells); with the default of 10⁻⁵, within 2·10⁻⁵.
-- At ν = 0.3 it is no check of partial slip: in the same contact it reports convergence with the energy of the first loading 4 % too low or 21 % too
-  high, depending on the tolerance, and does not converge after the reversal.
-- `backend="h2"` approximates the influence of distant cells. The peak pressure of `ContactSolver` is then too high by 0.1, 0.6 and 1.3 % on 64²,
-  128² and 256² cells; that of `solve_nested`, with more terms, by 0.03 % on 512².
+- pressures, with `backend="fft"`: equal within the residual; `backend="h2"` gives peaks too high by 0.1, 0.6 and 1.3 % on 64², 128² and 256² cells
+  (`ContactSolver`), by 0.03 % on 512² (`solve_nested`);
+- cycles in partial slip at ν = 0, with `tol_tangential=1e-7`: energy within 10⁻⁶ of `coupled` (sphere, Q = 0.6 µP, 64² and 128² cells), within
+  2·10⁻⁵ with the default of 10⁻⁵. At ν = 0.3 it reports convergence with an energy 4 % too low or 21 % too high, and does not converge after the
+  reversal.
 
 It has no wear and no pressure limit. Building it takes a C++ compiler, CMake and Eigen (Debian: `libeigen3-dev`).
 """

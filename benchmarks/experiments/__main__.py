@@ -68,8 +68,8 @@ SECTIONS = (
 INTRODUCTION = """\
 # Published experiments
 
-Published measurements against results of fretwear. `python -m benchmarks.experiments` repeats the comparison in about {minutes} of one core
-({versions}) from the studies `studies/experiments/*.yaml` and the measurements beside them, most of them digitised by others.
+`python -m benchmarks.experiments` repeats the comparison in about {minutes} of one core ({versions}) from `studies/experiments/*.yaml` and the
+measurements beside them, most of them digitised by others.
 
 """
 

@@ -50,13 +50,12 @@ def measure_fouvry2007() -> Data:
 
 def text_fouvry2007(data: Data) -> str:
     return f"""\
-Fouvry, Paulin and Liskiewicz (Tribology International 40, 2007): a ball of alumina, 12.7 mm in radius, on 1.6 µm of TiC on
-steel, 100 N, until the coating spalled. Volumes follow the authors' 415 µm³/J with an rms of
-{100 * data["rms"]:.0f} %; the depth of the largest volume is predicted. Depths scatter by {100 * data["scatter"]:.0f} %. The elasticity
-of the layer, 510 GPa on 230 GPa, changes depths by up to {100 * data["by_layer"]:.1f} %: it is thin beside the contact.
+Fouvry, Paulin and Liskiewicz (Tribology International 40, 2007): a ball of alumina, 12.7 mm in radius, on 1.6 µm of TiC on steel, 100 N. Volumes
+follow the authors' 415 µm³/J (rms {100 * data["rms"]:.0f} %); the depth of the largest is predicted. Depths scatter by {100 * data["scatter"]:.0f} %. The elasticity of the thin layer,
+510 GPa on 230 GPa, changes depths by up to {100 * data["by_layer"]:.1f} %.
 
 Computed, the coating is worn through after {" and ".join(f"{value:.0f} J ({name})" for name, value in data["through"].items())}, at {1e3 * data["density"]:.1f} mJ/µm² in the middle. It
-spalled at {1e3 * data["spalled"]:.1f} mJ/µm², before it was worn through, which the program does not describe.
+spalled earlier, at {1e3 * data["spalled"]:.1f} mJ/µm², which the program does not describe.
 
 {comparison(data["points"])}
 """

@@ -80,12 +80,12 @@ def text_baydoun(data: Data) -> str:
     ]
     titles = ["sweep", "tests", "rms of the logarithm", "mean deviation"]
     return f"""\
-Baydoun, Fouvry, Descartes and Arnaud (Wear 426–427, 2019): blocks of 35NCD16, 5 mm × 5 mm, flat on flat, about 20 000 cycles,
-100 MPa, ±100 µm and 1 Hz. Coefficient, exponents and friction are the authors', fitted to these tests, so this section verifies the power law. Three repeats scatter by {100 * data["scatter"]:.0f} %.
+Baydoun, Fouvry, Descartes and Arnaud (Wear 426–427, 2019): blocks of 35NCD16, 5 mm × 5 mm, about 20 000 cycles, 100 MPa, ±100 µm, 1 Hz.
+Coefficient, exponents and friction are the authors', fitted to these tests. Three repeats scatter by {100 * data["scatter"]:.0f} %.
 
 {table(titles, lines)}
 
-The deviation comes from the law: evaluated by hand it gives {data["by_hand"]:.2f}, and with its best coefficient and exponents {data["least"]:.2f}.
+The law deviates, not the program: by hand it gives {data["by_hand"]:.2f}, with its best numbers {data["least"]:.2f}.
 
 {{figure}}
 """

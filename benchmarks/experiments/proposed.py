@@ -39,10 +39,9 @@ def text_proposed(data: Data) -> str:
         "stick radius, µm",
     ]
     return f"""\
-No published experiment in partial slip was found that states geometry, load, friction, cycles and a scar profile in numbers. A suitable test: a
-ball of 52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the same steel, dry, 50 N, ±20 N, 30 000 cycles, with loops and the annular
-scars of both bodies. Predictions at µ = 0.5
-(`studies/experiments/partial_slip.yaml`):
+No published experiment in partial slip was found that states geometry, load, friction, cycles and a scar in numbers. A suitable test: a ball of
+52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the same steel, dry, 50 N, ±20 N, 30 000 cycles, with loops and both scars. Predictions
+at µ = 0.5 (`studies/experiments/partial_slip.yaml`):
 
 {table(titles, lines)}
 

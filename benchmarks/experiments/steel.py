@@ -65,15 +65,14 @@ def text_cruzado(data: Data) -> str:
     titles = ["path", "depth, µm", "finite elements", "half-width, mm", "finite elements"]
     off = ", ".join(f"{each:.1f}" for each in data["rms"])
     return f"""\
-Cruzado, Zabala, Urchegui and Gomez (Revista de Metalurgia 46, 2010): a block on a steel ring of 20 mm radius, 65 N over 6 mm,
-3600 m, three tests. The coefficient of the block, 2e-15 / Pa, is fitted to the mean worn area; the shape is predicted, and
-deviates by {off} µm (rms) from the three tests.
+Cruzado, Zabala, Urchegui and Gomez (Revista de Metalurgia 46, 2010): a block on a steel ring of 20 mm radius, 65 N over 6 mm, 3600 m. The
+coefficient, 2e-15 / Pa, is fitted to the mean worn area; the predicted shape deviates by {off} µm (rms) from three tests.
 
 {comparison(data["points"])}
 
 {table(titles, lines)}
 
-Finite elements (adaptive mesh, LevelSetWear): 89 854 s; fretwear: {data["seconds"]:.1f} s on another machine.
+Finite elements (adaptive mesh, LevelSetWear) took 89 854 s, fretwear {data["seconds"]:.1f} s on another machine.
 
 {{figure}}
 """
@@ -135,13 +134,13 @@ def text_mccoll(data: Data) -> str:
     ]
     titles = ["worn depth of the flat, µm", "5000 cycles", "18 000 cycles", "processor time, s"]
     return f"""\
-McColl, Ding and Leen (Wear 256, 2004): a cylinder of high-strength steel, 6 mm in radius, on a flat of the same steel,
-18.5 N/mm, ±24.24 µm in the contact, 18 000 cycles. The coefficients are the authors'; their assignment to the bodies is inferred.
+McColl, Ding and Leen (Wear 256, 2004): a cylinder of 6 mm radius on a flat of the same steel, 18.5 N/mm, ±24.24 µm in the contact, 18 000
+cycles. The coefficients are the authors'; their assignment to the bodies is inferred.
 
 {table(titles, lines)}
 
-The scar is {data["width"]:.2f} mm wide (finite elements: 0.52 mm); inside it the profile deviates by {data["off"]:.2f} µm (rms), with a roughness of
-{data["rough"]:.2f} µm (rms) beside it.
+The scar is {data["width"]:.2f} mm wide (finite elements: 0.52 mm). The profile deviates by {data["off"]:.2f} µm (rms); the roughness beside it is
+{data["rough"]:.2f} µm (rms).
 
 {comparison(data["points"])}
 

@@ -92,9 +92,9 @@ def text_laws(data: Data) -> str:
     ]
     titles = ["law", "numbers", "", "debris fraction", "rms of the seven"]
     return f"""\
-Ti-6Al-4V wears seven times more per energy in slow motion than in fast motion. Two laws describe this: a coefficient that falls with the mean
-density of friction power, or a rim that oxygen reaches, around a core. They are fitted to seven volumes of Fouvry, Arnaud, Mignot and Neubauer
-(2017), which poorly determine the four numbers of rim and core; the debris fractions come from [two profiles](#u-and-w-scars-arnaud-2021).
+Ti-6Al-4V wears seven times more per energy in slow than in fast motion. Two laws describe this: a coefficient that falls with the density of
+friction power, or a rim that oxygen reaches. They are fitted to seven volumes of Fouvry et al. (2017), which poorly determine the four numbers
+of rim and core, and to [two profiles](#u-and-w-scars-arnaud-2021).
 
 {table(titles, lines)}
 """
@@ -162,14 +162,12 @@ def text_fouvry2017(data: Data) -> str:
         "P series",
     ]
     return f"""\
-Fouvry, Arnaud, Mignot and Neubauer (Tribology International 113, 2017): Ti-6Al-4V cylinders on flats, ±75 µm, at several
-frequencies, radii (R) and loads (P). Friction follows from the measured energy. Repeats scatter by
-{100 * REPEATS:.0f} to 35 %.
+Fouvry, Arnaud, Mignot and Neubauer (Tribology International 113, 2017): cylinders on flats, ±75 µm, several frequencies (f), radii (R) and loads
+(P). Friction follows from the measured energy. Repeats scatter by {100 * REPEATS:.0f} to 35 %.
 
 {table(titles, lines)}
 
-**Neither law describes the R and P series** of smaller radii and loads: at the same power, a contact of 133 N/mm wears less per energy than a
-contact of 1066 N/mm.
+**Neither law describes the R and P series** of smaller radii and loads: at equal power, 133 N/mm wear less per energy than 1066 N/mm.
 
 {{figure}}
 """
@@ -197,8 +195,8 @@ def measure_vanpeteghem() -> Data:
 def text_vanpeteghem(data: Data) -> str:
     lines = [[name, f"{100 * deviation(points):.0f} %"] for name, points in data["laws"].items()]
     return f"""\
-Van Peteghem, Fouvry and Petit (Wear 271, 2011): the same contact in another campaign, ±35 to ±88 µm, 1000 to 15 000
-cycles, 0.11 to 5 Hz. All volumes are predicted. Test 7 is left out, as by the authors.
+Van Peteghem, Fouvry and Petit (Wear 271, 2011): the same contact, ±35 to ±88 µm, 1000 to 15 000 cycles, 0.11 to 5 Hz, without test 7, which the
+authors leave out. All volumes are predicted.
 
 {table(["law", "rms of nine volumes"], lines)}
 
@@ -227,8 +225,8 @@ def text_pulsating(data: Data) -> str:
         for name, points in data["laws"].items()
     ]
     return f"""\
-The load of 23 tests of both campaigns rose and fell in phase with the motion, from its largest value to R_P times it; in
-three the contact opened once a cycle. All volumes are predicted. RP_f_16 wore less than a third of RP_f_21 in twice as many cycles.
+In 23 tests of both campaigns the load pulsated in phase with the motion; in three the contact opened. All volumes are predicted. RP_f_16 wore less
+than a third of RP_f_21 in twice as many cycles.
 
 {table(["law", "rms", "within 30 %", "farthest off"], lines)}
 
@@ -297,9 +295,9 @@ def text_arnaud(data: Data) -> str:
     u = data["shapes"]["U"]
     of_u = u["computed"]["0.9"]["deepest"] / u["deepest"] - 1.0
     return f"""\
-Arnaud, Baydoun and Fouvry (Tribology International 161, 2021): two scars of the contact above after 5000 cycles, sum of both bodies, digitised by others to ±5 µm. For the U, coefficients and debris fraction
-(0.94) are fitted to its profile. For the W, rim and core are fitted to volumes; the debris fraction (0.9) is a choice that suits both profiles. Half-widths are measured
-at a depth of 10 µm.
+Arnaud, Baydoun and Fouvry (Tribology International 161, 2021): two scars of this contact after 5000 cycles, sum of both bodies, digitised to ±5 µm.
+Coefficients and debris fraction (0.94) of the U are fitted to its profile, rim and core of the W to volumes; its debris fraction (0.9) suits both
+profiles. Half-widths are those at a depth of 10 µm.
 
 {comparison(data["points"])}
 

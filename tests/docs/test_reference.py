@@ -103,8 +103,12 @@ def test_every_profile_and_material_is_in_its_table():
     for name, field in MERGED_PROFILES.items():
         assert f"| `{name}` | `{field.name}` | {field.si_unit} | {field.words} |" in DATASET
     page = (DOCS / "how-to" / "materials.md").read_text(encoding="utf-8")
-    for material in material_table().values():
-        assert "| " + " | ".join(material.values()) + " |" in page
+    sources = dict.fromkeys(row["source"].partition(" (")[0] for row in material_table().values())
+    for *constants, hardness, source in (row.values() for row in material_table().values()):
+        name, remark, rest = source.partition(" (")
+        cell = f"[{list(sources).index(name) + 1}]{remark}{rest}"
+        cell += f", hardness {hardness}" if hardness else ""
+        assert f"| {' | '.join([*constants, cell])} |" in page
 
 
 def quantities():
