@@ -127,8 +127,8 @@ class Case(Setup):
             "blocks of loading",
             "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]",
         ),
-        "Successive blocks of loading, instead of cycles. Each has its cycles and may change load, "
-        "displacement or force, and friction; base may omit parameters of the first block.",
+        "Successive blocks of loading, each with its cycles and what changes: load, displacement "
+        "or force, friction; base may omit parameters of the first block.",
     ] = ()
     error_estimate: Annotated[
         bool,
@@ -146,8 +146,8 @@ class Case(Setup):
             le=0.2,
             infinite="as on default cells",
         ),
-        "Largest relative error of wear, contact, stick zone and energy, reached by runs on ever "
-        "narrower cells; none: default cells. A written cell stays, with a warning if it misses.",
+        "Largest relative error of wear, contact, stick zone and energy, reached by narrower "
+        "cells; none: default cells. A written cell stays, with a warning if it misses.",
     ] = 0.02
     budget: Annotated[
         float | None,

@@ -368,9 +368,8 @@ class Archard(WearLaw):
             record=OfBodies,
             forms=(PowerLaw,),
         ),
-        "Archard's wear coefficient K_w, depth per pressure and slip path, for both "
-        "bodies together or [indenter, flat]; or, for a power law of pressure, sliding and "
-        "frequency, a mapping of value, exponents and references. Or give "
+        "Archard's K_w, depth per pressure and slip path, of both bodies together or "
+        "[indenter, flat]; or a power law with value, exponents and references. Or give "
         "energy_wear_coefficient.",
     ]
     kind: Literal["archard"] = "archard"
@@ -400,11 +399,9 @@ class EnergyWear(WearLaw):
             record=OfBodies,
             forms=(PowerLaw, FallingCoefficient, RimAndCore),
         ),
-        "Wear volume per dissipated energy α, for both bodies together or "
-        "[indenter, flat]; or a power law as in wear_coefficient; or a mapping: slow, fast and "
-        "decay if it falls with the mean density of friction power, at the frequency of the case; "
-        "rim, core and rim_width if oxygen reaches only a rim along the edge of contact. Or give "
-        "wear_coefficient.",
+        "Wear volume per dissipated energy α, or laws likewise; or slow, fast and decay with the "
+        "density of friction power; or rim, core and rim_width if oxygen reaches only a rim. Or "
+        "give wear_coefficient.",
     ]
     kind: Literal["energy"] = "energy"
 

@@ -196,8 +196,7 @@ class SlidingDistance(GrossSliding):
     sliding_distance: Annotated[
         float,
         Quantity("m", "$L$", "sliding distance", "m", like="3600 m", gt=0.0),
-        "Sliding distance in one direction of a contact that stays in place, such as a block on a "
-        "ring, divided into cycles, 1000 by default.",
+        "Path in one direction, such as of a block on a ring, in cycles, 1000 by default.",
     ]
     kind: Literal["sliding_distance"] = "sliding_distance"
     travel: ClassVar[float] = 0.0
@@ -236,8 +235,8 @@ class Displacement(Loading):
             ge=0.0,
             omitted_value=0.0,
         ),
-        "Displacement of a line contact, its bodies and rig per tangential load per "
-        "length while nothing slips: the slope of the loop after a reversal.",
+        "Displacement per tangential load of a line contact with bodies and rig while nothing "
+        "slips: the slope of the loop after a reversal.",
     ] = 0.0
 
     is_force: ClassVar[bool] = False

@@ -66,9 +66,8 @@ class NormalLoad(Normal):
     pulsating_load: Annotated[
         float,
         Quantity("1", "$R_P$", "load ratio", like="0.3", ge=0.0, le=1.0, omitted_value=1.0),
-        "Least over largest load, for a load that pulsates in phase with the motion. The largest, "
-        "load, acts at +Q or one end of the stroke, the least at the other; 0: the contact opens. "
-        "Default: constant.",
+        "Least over largest load, in phase with the motion: the largest, load, at +Q or one end "
+        "of the stroke, the least at the other; 0: the contact opens.",
     ] = 1.0
     kind: Literal["load"] = "load"
     letter: ClassVar[str] = "P"
