@@ -104,6 +104,7 @@ def test_values_for_people():
         ("7e-4", COMPLIANCE, ["needs a unit", "7e-4 mm^3/(N m)", "dimensionless k"]),
         ("50 gpa", PRESSURE, ["unknown unit 'gpa'", "did you mean 'GPa'"]),
         ("0.2 um1", LENGTH, ["unknown unit 'um1'", "did you mean 'um'"]),
+        ("50 g", FORCE, ["unknown unit 'g'", "did you mean '50 gf', 490.3 mN?"]),
         ("300 HV", PRESSURE, ["unknown unit 'HV'", "did you mean '300 kgf/mm^2', 2.942 GPa?"]),
         ("0.3 N", NUMBER, ["a plain number", "without a unit"]),
         (50, FORCE, ["needs a unit"]),  # where units are required

@@ -20,6 +20,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cache, cached_property
+from pathlib import Path
 from typing import (
     Annotated,
     Any,
@@ -86,6 +87,14 @@ _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
 
 
+# Words for kinds on other pages.
+_OTHER_KINDS = {
+    **dict.fromkeys(("ball", "paraboloid"), "sphere"),
+    **dict.fromkeys(("roller", "line"), "cylinder"),
+    **dict.fromkeys(("sine", "sinusoidal", "waves"), "wavy"),
+    **dict.fromkeys(("random", "fractal", "gaussian"), "self_affine"),
+    **dict.fromkeys(("map", "file"), "measured"),
+}
 # Context of a part with values already read, which may break a rule.
 _AS_READ = object()
 
@@ -302,7 +311,9 @@ class Quantity(Readable):
         else:
             number = self._parsed(value, units_required)
         if not all(holds(number, bound) for _, holds, _, bound in self._bounds):
-            raise QuantityError(f"must be {self.range_text()}")
+            is_share = self.le is not None and self.le <= 1.0 <= number <= 100.0 * self.le
+            hint = f"did you mean '{number:g} %'?" if is_share and self.si_unit == "1" else ""
+            raise QuantityError(f"must be {self.range_text()}", hint)
         if self.si_unit == "m" and abs(number) > LONGEST and self.words != "sliding distance":
             raise QuantityError(f"must be at most {LONGEST:g} m")
         if number > _LARGEST or (0.0 in (self.gt, self.ge) and 0.0 < number < _SMALLEST):
@@ -601,12 +612,19 @@ class Part:
             value = {"kind": value}
         if not isinstance(value, Mapping):
             rule = f"must be one of {', '.join(kinds)}"
+            is_file = Path(str(value)).suffix[1:2].isalpha()
+            of_file = (
+                f"write {{kind: {n}, file: {value}}}" for n in kinds if "file" in required(kinds[n])
+            )
             usual = next((f"write {{kind: {n}, …}}" for n in kinds if required(kinds[n])), "")
-            raise QuantityError(rule, did_you_mean(value, kinds) or usual)
+            hint = next(of_file, usual) if is_file else usual
+            raise QuantityError(rule, did_you_mean(value, kinds) or hint)
         name = value.get("kind", next(iter(kinds)))
         if name not in [*kinds]:
             rule = f"must be one of {', '.join(kinds)}"
-            raise located("kind", name, QuantityError(rule, did_you_mean(name, kinds)))
+            meant = _OTHER_KINDS.get(str(name).lower(), name)
+            hint = f"did you mean {meant!r}?" if meant in kinds else did_you_mean(name, kinds)
+            raise located("kind", name, QuantityError(rule, hint))
         content = {**value, "kind": name}
         part: Self = adapter(kinds[name]).validate_python(content, context=folder)
         return part

@@ -38,6 +38,7 @@ micron = 1e-6 * meter = microns, inch = 0.0254 * meter = in
 pound_force = 4.4482216152605 * newton = lbf
 psi = pound_force / inch ** 2
 ksi = 1000 * psi, kilogram_force = {_GRAVITY} * newton = kgf
+gram_force = {_GRAVITY} * millinewton = gf
 """
 
 NUMBER_PATTERN = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d{1,4})?"
@@ -270,7 +271,12 @@ def in_unit(value: _Value, si_unit: str) -> _Value | FloatWithUnit:
 
 
 # Units of workshops, with units of physics in their place.
-_IN_PHYSICS = {**dict.fromkeys(("HV", "HB", "HBW", "HK"), "kgf/mm^2"), "kg": "kgf", "rpm": "/ min"}
+_IN_PHYSICS = {
+    **dict.fromkeys(("HV", "HB", "HBW", "HK"), "kgf/mm^2"),
+    "kg": "kgf",
+    "g": "gf",
+    "rpm": "/ min",
+}
 _SEPARATED = re.compile(r"[+-]?\d+(?:[ ,_']\d+)+")
 _FAR = 1.5  # decades
 

@@ -15,7 +15,7 @@ import xarray as xr
 
 from fretwear.arrays import Array
 from fretwear.data.atomic import DataFileError
-from fretwear.data.dataset import line_near_the_middle
+from fretwear.data.dataset import line_near_the_middle, require_dataset
 from fretwear.data.files import open_case, write_groups
 from fretwear.data.groups import open_group
 from fretwear.data.labels import attributes_from
@@ -94,6 +94,7 @@ def fatigue(
     StressError
         As `fretwear.stress`, or if constants are wrong.
     """
+    require_dataset(ds)
     life = _life(basquin, manson_coffin)
     stored = np.atleast_1d(ds[CYCLE.name].values) if CYCLE.name in ds.coords else np.zeros(0)
     asked = stored if cycles is None else np.unique(np.array([*cycles], float))

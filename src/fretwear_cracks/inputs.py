@@ -12,6 +12,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from fretwear.arrays import Array
+from fretwear.data.dataset import require_dataset
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.slip.models import Cerruti
 from fretwear.mechanics.surfaces.setup import block_at
@@ -42,6 +43,7 @@ _FIELDS = ("pressure", "shear_traction", "gap", "slip")
 
 def loaded_case(ds: xr.Dataset) -> Case:
     """The case of a dataset; `StressError` if there is none, or none whose stresses are known."""
+    require_dataset(ds)
     try:
         parameters = json.loads(ds.attrs["parameters"])
         # What is left of a roughness is in the fields; files of heights may have gone.

@@ -6,7 +6,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
-from fretwear import figures
+from fretwear import fatigue, figures, stress
 from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import line_near_the_middle
 from fretwear.data.labels import mirrored
@@ -73,8 +73,11 @@ def test_a_singular_peak_is_cut_and_its_value_is_written(smooth):
 
 @pytest.mark.parametrize("draw", [figures.overview, figures.wear_map, figures.fretting_loops])
 def test_what_is_no_dataset_of_a_case_is_told_what_makes_one(draw, smooth):
-    with pytest.raises(TypeError, match=r"not str: fretwear\.open_case"):
-        draw("case.nc")
+    for computed in (draw, stress, fatigue):
+        with pytest.raises(TypeError, match=r"not str: fretwear\.open_case"):
+            computed("case.nc")
+    with pytest.raises(ValueError, match=r"a line contact has no map; field_profiles"):
+        figures.wear_map(smooth.isel(y=0))
     study = smooth.assign(status=("load", [0, 0]))
     with pytest.raises(ValueError, match=r"2 points of a study|no variable"):
         draw(study)

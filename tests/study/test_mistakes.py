@@ -34,7 +34,10 @@ design: {kind: sobol, points: 8}, vary/load: {from: 4 N, to: 9 N, scale: l} || m
 design: {kind: sobol, points: 8} | vary | vary | is missing
 design: {kind: grid, points: 4} || design.points = 4: is not known
 output/cycles: [0, 1001] || output.cycles = 1001: is beyond the last cycle, 1000
-base/roughness: {kind: fractal} || base.roughness.kind = fractal
+base/roughness: {kind: fractal} || base.roughness.kind = fractal | did you mean 'self_affine'?
+base/roughness: map.txt || write {kind: measured, file: map.txt}
+base/indenter: {kind: ball, radius: 1 mm} | base/radius | did you mean 'sphere'?
+base/debris_fraction: 85 || at most 1 | did you mean '85 %'?
 base/roughness: {kind: wavy, amplitude: 1 um} || base.roughness.slope_x: is missing
 base/roughness: {kind: measured, file: no.x3p} || base.roughness.file = no.x3p: is no file that
 base/roughness: {kind: wavy}, vary/roughness.seed: [1] || vary.roughness.seed = 1: is not known

@@ -75,6 +75,8 @@ class Accessor:
             if name not in found.coords or not found[name].dims:
                 names = [str(n) for n, axis in found.coords.items() if axis.dims]
                 known = did_you_mean(key, [*names, "load"]) or f"coordinates are {', '.join(names)}"
+                if name in found.coords:
+                    known = f"it is {found[name].item()} everywhere"
                 raise ValueError(f"{key} does not vary; {known}")
             try:
                 value = self._stored(found[name], level)
@@ -244,3 +246,10 @@ def _agree(first: float | str | None, second: float | str | None) -> bool:
     if isinstance(first, int | float) and isinstance(second, int | float):
         return math.isclose(first, second, rel_tol=_SAME)
     return first == second
+
+
+def require_dataset(dataset: object) -> None:
+    """Raise a `TypeError` if a dataset is something else, such as the name of its file."""
+    if not isinstance(dataset, xr.Dataset):
+        remedy = "fretwear.open_case(file) opens one, fretwear.simulate(case) computes one"
+        raise TypeError(f"give a dataset, not {type(dataset).__name__}: {remedy}")

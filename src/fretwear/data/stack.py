@@ -134,6 +134,8 @@ def open_study(path: str | PathLike[str]) -> xr.Dataset:
 
     folder = Path(path)
     folder = folder.parent if folder.suffix == ".nc" else folder
+    if folder.suffix in (".yaml", ".yml"):
+        raise DataFileError(folder, "is a study file", "Give the folder of its results")
     summary = open_summary(folder / "summary.nc")
     status, ids = summary[STATUS.name], summary[CASE_ID.name].to_numpy()
     dims = contact_frame(summary.variables).dims

@@ -12,7 +12,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
-from fretwear.data.dataset import line_near_the_middle
+from fretwear.data.dataset import line_near_the_middle, require_dataset
 from fretwear.data.files import open_history
 from fretwear.data.stack import representative_cycles
 from fretwear.results import BODY_FIELDS, FIELDS, FRICTION_FIELD, RESULTS, STATUS
@@ -116,7 +116,7 @@ def history_of(dataset: xr.Dataset) -> xr.Dataset:
     A part of a merged study has the part of the history. A dataset without a file, or a history
     itself, is returned as it is.
     """
-    _require_dataset(dataset)
+    require_dataset(dataset)
     source = dataset.encoding.get("source", "")
     if "step" in dataset.dims or not source or not Path(source).is_file():
         return dataset
@@ -252,21 +252,23 @@ def titled(cases: TitledCases) -> Mapping[str, xr.Dataset]:
         cases if isinstance(cases, Mapping) and not isinstance(cases, xr.Dataset) else {"": cases}
     )
     for case in cases.values():
-        _require_dataset(case)
+        require_dataset(case)
     return cases
 
 
-def _require_dataset(dataset: object) -> None:
-    if not isinstance(dataset, xr.Dataset):
-        remedy = "fretwear.open_case(file) opens one, fretwear.simulate(case) computes one"
-        raise TypeError(f"figures draw a dataset, not {type(dataset).__name__}: {remedy}")
+_HOLDERS = {
+    "force": "fretwear.open_loops(file) has it",
+    "status": "the summary.nc of a study has it",
+    "worn_through_cycle": "cases with coating.wear_coefficient have it",
+}
 
 
 def require_variables(dataset: xr.Dataset, *names: str) -> None:
     """Raise a `ValueError` if a dataset lacks a variable."""
-    _require_dataset(dataset)
+    require_dataset(dataset)
     for name in names:
         if name not in dataset:
             there = sorted(n for n in map(str, dataset.data_vars) if not n.endswith("_error"))
-            known = did_you_mean(name, there) or f"it has {', '.join(there) or 'none'}"
+            known = _HOLDERS.get(name) or did_you_mean(name, there)
+            known = known or f"it has {', '.join(there) or 'none'}"
             raise ValueError(f"The dataset has no variable {name!r}; {known}.")
