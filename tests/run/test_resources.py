@@ -39,7 +39,7 @@ def ids(jobs):
     [
         # Small cases share jobs, of a few minutes in a large study.
         ([0.1], 1, 1),
-        ([0.1] * 1000, 19, 21),
+        ([0.1] * 1000, 14, 16),
         ([10.0] * 500, 62, 66),
         ([2.0] * 10_000, 110, 114),
         # A long case is a job of its own, nearly.

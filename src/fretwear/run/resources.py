@@ -19,7 +19,7 @@ _CERTAIN = 1.25
 
 # Longest time of a job of many small cases, s; shortest time that is worth a start and the queue of
 # a cluster; between these, the number of jobs of a study.
-_LONGEST_JOB, _SHORTEST_JOB, _JOBS = 180.0, 5.0, 64
+_LONGEST_JOB, _SHORTEST_JOB, _JOBS = 180.0, 7.0, 64
 
 # Processor seconds of the workflow besides its jobs: Snakemake, merging, figures and report.
 SECONDS_AFTER, SECONDS_PER_CASE_DRAWN, SECONDS_PER_CASE_MERGED = 18.0, 0.12, 0.02

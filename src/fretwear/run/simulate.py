@@ -18,7 +18,6 @@ from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.grid import Grid
 from fretwear.mechanics.contact.problem import ContactError
 from fretwear.mechanics.wear.integrator import WearError
-from fretwear.mechanics.wear.loops import loop
 from fretwear.mechanics.wear.measures import (
     Measures,
     largest_pressure,
@@ -199,6 +198,7 @@ class _Computed:
 
     case: Case  # on these cells
     workspace: Workspace
+    measures: Sequence[Measures]  # of each snapshot
     rounds: Sequence[GridRun]  # this run, after those on wider cells
     scalars: ScalarValues
     errors: ScalarValues  # estimates of those of cells and steps
@@ -244,7 +244,9 @@ def _run_on_cells(
     # Narrower cells hardly reduce errors of the energies of late cycles.
     reducible = {n: early[n] if RESULTS[n].error_kind == "cycle" else e for n, e in errors.items()}
     finished = GridRun(width, rows, relative_errors(scalars, reducible), record.work)
-    return _Computed(case, workspace, [*record.rounds, finished], scalars, errors, trouble)
+    return _Computed(
+        case, workspace, measures, [*record.rounds, finished], scalars, errors, trouble
+    )
 
 
 def _labelled(
@@ -282,7 +284,7 @@ def _labelled(
     history = columns_of(record.history)
     history["convolutions"] = np.diff(history["convolutions"], prepend=0)
     with _one_thread(case):
-        loops = [loop(computed.workspace, state) for state in snapshots]
+        loops = [each.loop for each in computed.measures]
     curves = {
         "force": np.array([curve.force for curve in loops]),
         "displacement": np.array([curve.displacement for curve in loops]),

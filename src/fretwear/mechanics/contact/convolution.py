@@ -87,31 +87,36 @@ def convolution(kernel: Array, even: Even) -> Convolution[Array]:
     if not all(even):
         return WholeConvolution([spectrum], even)
     # The highest frequency does not occur in any field.
-    branches = [spectrum[x:-1:2, y:-1:2] for x in (0, 1) for y in (0, 1)]
-    return QuarterConvolution([*map(np.ascontiguousarray, branches)], even)
+    factors = [np.concatenate([spectrum[x:-1:2, y:-1:2] for x in (0, 1)]) for y in (0, 1)]
+    return QuarterConvolution(factors, even)
 
 
 class QuarterConvolution(Convolution[Real]):
-    """Convolution by cosine transforms, of a field that is even along both axes."""
+    """Convolution by cosine transforms, of a field that is even along both axes.
+
+    Its factors are those of the even branch along y and of the odd one, each for both branches
+    along x, one below the other.
+    """
 
     @property
     def _unpadded(self) -> tuple[Real, int]:
-        return self._factors[0], 4 * self._factors[0].size
+        factor = self._factors[0][: len(self._factors[0]) // 2]
+        return factor, 4 * factor.size
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
-        kinds = ((2, 3), (4, 4)) if len(factors) > 1 else ((2, 3),)
-        result: Real | None = None
-        rows = max(1, _BLOCK_BYTES // (field.itemsize * field.shape[1]))
-        for number, (forward, backward) in enumerate(kinds):
-            buffer = field if len(factors) == 1 else np.empty_like(field)
-            waves = dct(forward, field, (0,), buffer=buffer)
-            for first in range(0, len(field), rows):
-                block = slice(first, first + rows)
-                self._filter_rows(waves[block], [f[block] for f in factors[2 * number :][:2]])
-            dct(backward, waves, (0,))
-            result = waves if result is None else np.add(result, waves, out=result)
-        assert result is not None
-        return result
+        even, *odd = factors
+        waves = np.empty((2, *field.shape), field.dtype) if odd else field[np.newaxis]
+        kinds = ((2, 3), (4, 4))[: len(waves)]
+        for wave, (forward, _) in zip(waves, kinds, strict=True):
+            dct(forward, field, (0,), buffer=wave)
+        rows = waves.reshape(even.shape)
+        count = max(1, _BLOCK_BYTES // (field.itemsize * field.shape[1]))
+        for first in range(0, len(rows), count):
+            block = slice(first, first + count)
+            self._filter_rows(rows[block], [factor[block] for factor in factors])
+        for wave, (_, backward) in zip(waves, kinds, strict=True):
+            dct(backward, wave, (0,))
+        return np.add(*waves) if odd else field
 
     @staticmethod
     def _filter_rows(rows: Real, factors: Sequence[Real]) -> None:

@@ -46,11 +46,11 @@ class Loop:
     opening: float  # displacement U₀, m, at which the force vanishes
 
 
-def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
+def loop(workspace: Workspace, state: State) -> Loop:
     """The loop of a state, whose shape does not change during the cycle.
 
-    At most ``contacts`` contacts between P and P* are solved, fewer if the curve is accurate to a
-    thousandth of the displacement with less.
+    Contacts between P and P* are solved until the curve is accurate to a thousandth of the
+    displacement.
     """
     problem: WearProblem = workspace.problem.of(state)
     coefficient, flexibility = problem.friction_law.coefficient, problem.flexibility
@@ -60,7 +60,7 @@ def loop(workspace: Workspace, state: State, contacts: int = _CONTACTS) -> Loop:
         force, opening = coefficient * state.load * np.linspace(0.0, 1.0, POINTS + 1), largest
         displacement = np.zeros_like(force)
     else:
-        loads, approaches, halfway = _curve(workspace, problem, state, contacts)
+        loads, approaches, halfway = _curve(workspace, problem, state)
         compliance = coefficient * problem.coupling
         force = coefficient * (loads[0] - loads)
         displacement = compliance * (approaches[0] - approaches)
@@ -109,9 +109,7 @@ def _pulsating_loop(problem: WearProblem, state: State, pulse: Pulse) -> Loop:
     )
 
 
-def _curve(
-    workspace: Workspace, problem: WearProblem, state: State, contacts: int
-) -> tuple[Array, Array, float]:
+def _curve(workspace: Workspace, problem: WearProblem, state: State) -> tuple[Array, Array, float]:
     """Loads, N, from P to P*, the approaches, m, under them, and the approach under their mean."""
     if not problem.slip_model.follows_shape:
         return _unworn_curve(problem.hertz, state.reduced.load)
@@ -129,10 +127,9 @@ def _curve(
     whole = geometry.integral(low.gap * high.pressure)
     family, areas, rise = [low, high], [whole], high.approach - low.approach
     halfway = _approach_between(low, high, whole)
-    if whole <= _STRAIGHT * rise * (high.load - low.load):
-        contacts = 0
+    bends = whole > _STRAIGHT * rise * (high.load - low.load)
     similar, workspace.of_loop = workspace.of_loop, []
-    for number in range(contacts):
+    for number in range(_CONTACTS if bends else 0):
         # Halfway where the curve bends most, at first between its ends.
         index = int(np.argmax(areas))
         lower, upper = family[index : index + 2]

@@ -16,7 +16,7 @@ import numpy as np
 from fretwear.arrays import Array, Even, Mask
 from fretwear.mechanics.contact.cells import Evidence, Geometry, Region, Way, Zone
 from fretwear.mechanics.contact.grid import Grid
-from fretwear.mechanics.wear.loops import loop
+from fretwear.mechanics.wear.loops import Loop, loop
 from fretwear.mechanics.wear.state import State, WearProblem, Workspace
 from fretwear.variable import Properties, SlidingRegime, declared_scalars, scalar
 
@@ -80,6 +80,11 @@ class Measures:
             if (not scalar.needs or scalar.needs(self))
             and not (of_steps and scalar.variable.is_at_snapshots)
         }
+
+    @cached_property
+    def loop(self) -> Loop:
+        """Force and displacement over the cycle."""
+        return loop(self.workspace, self.state)
 
     @cached_property
     def _half_widths(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -184,9 +189,7 @@ class Measures:
     )
     def sliding_criterion(self) -> float:
         """Dissipated energy over 4 U0 Q, U0 half the loop's width at Q = 0; only at snapshots."""
-        # One contact between the ends of the loop locates its zero of force.
-        opening = loop(self.workspace, self.state, contacts=1).opening
-        work = 4.0 * opening * self.tangential_force
+        work = 4.0 * self.loop.opening * self.tangential_force
         return self.dissipated_energy / work if work else nan
 
     @scalar("m", "contact outline radius", symbol=r"$a_\mathrm{c}$", unit="µm", **_OUTLINE)
