@@ -95,8 +95,8 @@ def text(data: Data) -> str:
     *_, before, last = CONTACT["output_cycles"]
     return f"""\
 Largest differences of `cerruti`, without traction along y, from `coupled` on the same cells: ∫|Δs| / ∫s for slip, likewise for wear depth. The
-first columns hold up to cycle {before}, the last two at cycle {last} (smooth and yielding: 600, 1000). In single cells beside the edge of stick
-late slip differs by several per cent.
+first columns hold up to cycle {before}, the last two at cycle {last} (smooth and yielding: 600, 1000). Late slip in single cells
+beside the edge of stick differs by several per cent.
 
 {table(["", "slip", "wear depth", "deepest wear", "volume", "energy", "last volume", "last energy"], rows)}
 """
