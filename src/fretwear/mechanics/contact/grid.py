@@ -31,6 +31,8 @@ _GROWTH = 1.12
 # Margin in cells around the zone of a part of the half-space, and number of parts kept.
 _MARGIN = 4
 _PARTS = 6
+# Number of cells outside a zone from whose gaps its edge follows.
+_REACH = 3
 # A smaller relative fall of the squared pressure from one cell to the next counts as none.
 _FLAT, _LEAST = 1e-6, np.finfo(np.float64).tiny
 # From so many cells along an axis on, a start is computed on cells twice as wide.
@@ -150,29 +152,27 @@ class Grid(Geometry):
         parts = np.full(inner.size, OPEN_PER_SIDE)
         if evidence is None:
             return parts
-        columns = self.shape[1]
-        here, there = (np.stack(np.divmod(cells, columns)) for cells in (inner, outer))
+        ahead, columns = outer - inner, self.shape[1]
+        is_along_x, wide = abs(ahead) == columns, columns + 2 * _REACH
+        row, column = np.divmod(inner, columns)
+        places = (row + _REACH) * wide + column + _REACH
+        step = np.where(is_along_x, np.sign(ahead) * wide, ahead)
 
-        def shifted(field: Array, shift: int) -> Array:
-            # Values at a number of cells from the one inside; zero outside the window.
-            places = here + shift * (there - here)
-            for position, is_even in zip(places, self.even, strict=True):
-                position[:] = np.where(is_even & (position < 0), -1 - position, position)
-            shape = np.array(self.shape)[:, None]
-            held = ((places >= 0) & (places < shape)).all(axis=0)
-            row, column = np.clip(places, 0, shape - 1)
-            return np.where(held, field[row, column], 0.0)
+        def across(field: Array, *shifts: int) -> list[Array]:
+            # Values at numbers of cells from the one inside.
+            framed = self._framed(field).ravel()
+            return [framed[places + shift * step] for shift in shifts]
 
         if evidence.by_pressure:
-            last, previous = (shifted(evidence.pressure, shift) ** 2 for shift in (0, -1))
+            last, previous = (value**2 for value in across(evidence.pressure, 0, -1))
             grows = previous > 0.0
             edge = 1.0 - last[grows] / np.maximum(previous - last, _FLAT * previous)[grows]
             if evidence.worn is not None:
-                cut = shifted(evidence.worn, 0) + shifted(evidence.worn, 1)
-                part = np.minimum(cut / np.maximum(shifted(evidence.gap, 1), _LEAST), 1.0)
+                (gap,) = across(evidence.gap, 1)
+                part = np.minimum(sum(across(evidence.worn, 0, 1)) / np.maximum(gap, _LEAST), 1.0)
                 edge = np.where(edge < 0.0, part[grows] * (0.5 + OPEN_PER_SIDE), edge)
         else:
-            gaps = [shifted(evidence.gap, shift) for shift in (1, 2, 3)]
+            gaps = across(evidence.gap, 1, 2, _REACH)
             roots = [np.cbrt(gap) ** 2 for gap in gaps]
             bend = roots[2] - 2.0 * roots[1] + roots[0]
             fall = roots[1] - roots[0] - 0.5 * bend
@@ -181,22 +181,35 @@ class Grid(Geometry):
             root, bend, fall = roots[0][grows], bend[grows], fall[grows]
             edge = 2.0 * root / (fall + np.sqrt(np.maximum(fall**2 - 2.0 * bend * root, 0.0)))
             if evidence.worn is not None:
-                worn, rise = shifted(evidence.worn, -1)[grows], np.maximum(rise, 1e-3 * near)
-                edge += np.minimum(worn / rise, 1.0) * (near / rise - edge)
+                (worn,), rise = across(evidence.worn, -1), np.maximum(rise, 1e-3 * near)
+                edge += np.minimum(worn[grows] / rise, 1.0) * (near / rise - edge)
         # Distance of the edge from the first cell outside, in cells.
         along_x, along_y = self._slopes(evidence.pressure, inner[grows])
-        squares = np.where((here[0] != there[0])[grows], along_x, along_y), along_x + along_y
+        squares = np.where(is_along_x[grows], along_x, along_y), along_x + along_y
         share = np.divide(*squares, out=np.full(edge.size, 0.5), where=squares[1] > 0.0)
         parts[grows] = share * (np.clip(edge, 0.0, 1.0) - 0.5)
         return parts
 
+    def _framed(self, field: Array) -> Array:
+        """A field with `_REACH` more cells on each side: images where it is even, else zeros."""
+        framed = np.zeros([count + 2 * _REACH for count in field.shape])
+        framed[_REACH:-_REACH, _REACH:-_REACH] = field
+        mirrored = slice(2 * _REACH - 1, _REACH - 1, -1)
+        if self.even[0]:
+            framed[:_REACH] = framed[mirrored]
+        if self.even[1]:
+            framed[:, :_REACH] = framed[:, mirrored]
+        return framed
+
     def _slopes(self, pressure: Array, cells: Places) -> tuple[Array, Array]:
         """Squared gradient components of the squared pressure, along x and y, at some cells."""
-        wide = np.pad((pressure / max(float(pressure.max()), 1.0)) ** 2, 1, mode="edge")
-        row, column = np.divmod(cells, self.shape[1])
-        here, slopes = wide[row + 1, column + 1], []
+        scale = max(float(pressure.max()), 1.0)
+        x, y = np.divmod(cells, self.shape[1])
+        (last_x, last_y), slopes = (count - 1 for count in self.shape), []
+        here = (pressure[x, y] / scale) ** 2
         for i, j in ((1, 0), (0, 1)):
-            backward, forward = wide[row + 1 - i, column + 1 - j], wide[row + 1 + i, column + 1 + j]
+            backward = (pressure[np.maximum(x - i, 0), np.maximum(y - j, 0)] / scale) ** 2
+            forward = (pressure[np.minimum(x + i, last_x), np.minimum(y + j, last_y)] / scale) ** 2
             # In a row of one cell the pressure falls to both sides.
             slopes.append(np.where(backward + forward > 0.0, 0.5 * (forward - backward), here) ** 2)
         return slopes[0], slopes[1]
