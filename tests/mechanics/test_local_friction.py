@@ -336,6 +336,34 @@ def line_case(**changes):
     return Case(**{key: value for key, value in (given | changes).items() if value is not None})
 
 
+@pytest.mark.parametrize(
+    ("law", "cycles"),
+    [
+        ({"wear_coefficient": "7e-13 / Pa"}, 100),
+        ({"energy_wear_coefficient": "2e-6 mm^3/J", "wear_coefficient": None}, 300),
+    ],
+    ids=["archard", "energy"],
+)
+def test_errors_of_lines_hold_against_half_cells_and_a_tenth_of_the_tolerance(law, cycles):
+    """Run and twin take the same steps, and the edge of stick moves to cells between theirs."""
+    case = line_case(
+        indenter={"kind": "cylinder", "radius": "10 mm"},
+        load="342 N/mm",
+        tangential_load="72.86 N/mm",
+        friction={"start": 0.303, "end": 0.614, "energy": "12.7 mJ/mm^2"},
+        cycles=cycles,
+        output_cycles=[0, *{30, 100, cycles}],
+        accuracy="none",
+        **law,
+    )
+    found, (spacing, _) = simulate(case), case.grid_spacing
+    fine = case.replace(cell=spacing / 2.0, tolerance=case.tolerance / 10.0, error_estimate=False)
+    truth = simulate(fine)
+    for name in ("dissipated_energy", "wear_volume", "mean_slip_friction"):
+        off, error = abs(found[name] - truth[name]), found[f"{name}_error"]
+        assert (off <= error).all(), name
+
+
 def test_traction_of_a_dataset_obeys_the_friction_of_each_cell(rubbed):
     now = rubbed.sel(cycle=30)
     bound = now["friction_coefficient"] * now["pressure"]

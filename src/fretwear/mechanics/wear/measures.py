@@ -412,6 +412,7 @@ class Measures:
         symbol=r"$\bar{µ}$",
         unit="1",
         needs=lambda measures: measures.problem.friction_law.follows_slip,
+        error_kind="edge",
     )
     def mean_slip_friction(self) -> float:
         """Weighted by pressure."""
