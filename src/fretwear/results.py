@@ -60,7 +60,8 @@ stick_spots    | 1 | | | spots that joined the outline of the stick zone or left
 
 FIELDS = variables(
     r"""
-pressure       | Pa | $p$ | MPa | | | normal pressure at the load P
+pressure       | Pa | $p$ | MPa | | | normal pressure at the load P; in the outermost three
+    cells of a worn stroke uncertain by up to 13 % of the peak
 shear_traction | Pa | $q$ | MPa | | |
     along x at the tangential load +Q; at -Q it has the opposite sign
 slip           | m  | $s$ |     | slip amplitude | |
