@@ -128,6 +128,8 @@ def test_every_symbol_is_in_the_table_of_its_parameter_or_in_the_notation():
         key = f"`{name.replace('counterface.', 'roughness.')}`"
         listed = (*rows(STUDY_FILE, key), *rows(DATASET, key), *rows(NOTATION, about.symbol))
         assert any(f"| {about.symbol} |" in row for row in listed), name
+    for symbol in ("$P^*$", "$g^*$", "$κ$", r"$β_\mathrm{D}$", "$τ$"):  # of equations alone
+        assert rows(NOTATION, symbol), symbol
 
 
 def test_no_symbol_stands_for_two_quantities():
