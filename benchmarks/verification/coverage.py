@@ -63,7 +63,7 @@ REFERENCE, LONGEST = 4.0, 15.0
 FINER = 10.0
 # A smaller value is a trace, no result; a smaller error is due to rounding and the reference.
 TRACE, LEAST_ERROR = 0.01, 1e-4
-WITHIN, LARGEST_RATIO = 0.95, 3.0
+WITHIN = 0.95
 # Imposed quantities are no results.
 IMPOSED = ("regime", "normal_force")
 JUDGED = [each.name for each in SCALARS if each.is_headline and each.name not in IMPOSED]
