@@ -617,6 +617,13 @@ class Evolution(Integrator[State]):
         elif problem.wear_threshold:
             most = np.abs(second.wear - base.wear)
         missed = slope * exponent(TR_BDF2.difference)
+        if (interface := problem.interface) is not None and problem.changes_below:
+            # Pressure soon corrects the depth of a place that has just become bare: errors there
+            # are divided as those of stiff parts, after Hosea and Shampine.
+            bare = np.where(interface.reached(second.wear), interface.depth, 0.0)
+            stiff = bare / np.maximum(second.wear, interface.depth) * second.reduced.gap
+            stiff *= opens * problem.composite_modulus / base.geometry.widths
+            missed /= 1.0 + TR_BDF2.implicit * step * slope * rates[-1] * stiff
         error = integral(np.minimum(lost(second.reduced.gap, missed), most))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):
