@@ -95,7 +95,7 @@ def text(data: Data) -> str:
     versions = " and ".join(f"{name} {number}" for name, number in data["versions"].items())
     nx, ny = CELLS
     return f"""\
-The first loading by {versions} on the same {nx} × {ny} cells; the loaded cells differ by {scientific(max(row["area"] for row in data["rows"]), ".0e")}.
+The first loading by {versions} on the same {nx} × {ny} cells. All load {"other" if any(row["area"] for row in data["rows"]) else "the same"} cells.
 
 {table(["", "pressure, L1", "pressure, largest"], rows)}
 """
