@@ -128,10 +128,10 @@ def wear_map(
 
 def take_wear_map(dataset: xr.Dataset, cycle: int | None) -> WearMap:
     """Take the scar of one case, mirrored to the whole contact."""
-    if "y" not in dataset.dims:
+    state = snapshots(dataset, cycle, "wear_depth", "contact_state").isel(cycle=-1)
+    if "y" not in state.dims:
         remedy = 'field_profiles(dataset, "wear_depth") draws the scar'
         raise ValueError(f"a line contact has no map; {remedy}")
-    state = snapshots(dataset, cycle, "wear_depth", "contact_state").isel(cycle=-1)
     fields = [
         "wear_depth",
         "wear_depth_flat",
