@@ -85,16 +85,6 @@ _BOUNDS: dict[str, tuple[str, Callable[[float, float], bool], str]] = {
 }
 _NUMBER_SCHEMA = {"type": "string", "pattern": rf"^\s*[+-]?{NUMBER_PATTERN}\s*%?\s*$"}
 _QUANTITY_SCHEMA = {"type": "string", "pattern": rf"^\s*[+]?{NUMBER_PATTERN}\s*[A-Za-zµμ°/].*$"}
-
-
-# Words for kinds on other pages.
-_OTHER_KINDS = {
-    **dict.fromkeys(("ball", "paraboloid"), "sphere"),
-    **dict.fromkeys(("roller", "line"), "cylinder"),
-    **dict.fromkeys(("sine", "sinusoidal", "waves"), "wavy"),
-    **dict.fromkeys(("random", "fractal", "gaussian"), "self_affine"),
-    **dict.fromkeys(("map", "file"), "measured"),
-}
 # Context of a part with values already read, which may break a rule.
 _AS_READ = object()
 
@@ -571,6 +561,7 @@ class Part:
 
     kind: str = ""  # name in study files: ``{kind: wavy, ...}``
     caption: ClassVar[str] = ""  # name in a caption, where `kind` alone is unclear
+    synonyms: ClassVar[tuple[str, ...]] = ()  # words for the kind elsewhere, known to messages
 
     def __init_subclass__(cls, **options: object) -> None:
         super().__init_subclass__(**options)
@@ -622,8 +613,8 @@ class Part:
         name = value.get("kind", next(iter(kinds)))
         if name not in [*kinds]:
             rule = f"must be one of {', '.join(kinds)}"
-            meant = _OTHER_KINDS.get(str(name).lower(), name)
-            hint = f"did you mean {meant!r}?" if meant in kinds else did_you_mean(name, kinds)
+            meant = [n for n, kind in kinds.items() if str(name).lower() in kind.synonyms]
+            hint = f"did you mean {meant[0]!r}?" if meant else did_you_mean(name, kinds)
             raise located("kind", name, QuantityError(rule, hint))
         content = {**value, "kind": name}
         part: Self = adapter(kinds[name]).validate_python(content, context=folder)

@@ -229,6 +229,7 @@ class MeasuredRoughness(FromFile, Roughness):
         str, FileKey("channel", "channel", "0"), "Number or name of the channel to read."
     ] = ""
     kind: Literal["measured"] = "measured"
+    synonyms: ClassVar[tuple[str, ...]] = ("map", "file")
 
     # By default two cells, at least one, to the distance of two points: `finest` is twice that.
     detail: ClassVar[str] = "distance of two points"

@@ -232,7 +232,7 @@ class Table:
             except QuantityError as error:
                 remedy = f"choose another{self._scale_of_volts(chosen, sought)}"
                 rule = f"has a wrong unit for {column}: it {error.rule}"
-                hint = f"{error.hint} units takes its unit" if error.hint else remedy
+                hint = f"{error.hint} Name that unit in units" if error.hint else remedy
                 raise QuantityError(rule, hint) from error
             values.append(size * unmarked(numbers))
         return chosen, values

@@ -31,6 +31,12 @@ _OVER_FIRST = 3.0
 _ALWAYS = "contact_half_width_x"
 _VOLUMES = ("wear_volume", "wear_volume_indenter", "wear_volume_flat")
 _MOST_CYCLES = 200
+# Where variables are that a case lacks.
+_HOLDERS = {
+    "force": "fretwear.open_loops(file) has it",
+    "status": "the summary.nc of a study has it",
+    "worn_through_cycle": "cases with coating.wear_coefficient have it",
+}
 
 QUANTILES = (0.1, 0.25, 0.5, 0.75, 0.9)
 """Quantiles of the curves of a sample: the ends of two bands around the median."""
@@ -254,13 +260,6 @@ def titled(cases: TitledCases) -> Mapping[str, xr.Dataset]:
     for case in cases.values():
         require_dataset(case)
     return cases
-
-
-_HOLDERS = {
-    "force": "fretwear.open_loops(file) has it",
-    "status": "the summary.nc of a study has it",
-    "worn_through_cycle": "cases with coating.wear_coefficient have it",
-}
 
 
 def require_variables(dataset: xr.Dataset, *names: str) -> None:

@@ -105,11 +105,12 @@ class QuarterConvolution(Convolution[Real]):
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         even, *odd = factors
-        waves = np.empty((2, *field.shape), field.dtype) if odd else field[np.newaxis]
+        both: Real = np.empty((2, *field.shape), field.dtype) if odd else field
+        waves = [*both] if odd else [field]
         kinds = ((2, 3), (4, 4))[: len(waves)]
         for wave, (forward, _) in zip(waves, kinds, strict=True):
             dct(forward, field, (0,), buffer=wave)
-        rows = waves.reshape(even.shape)
+        rows = both.reshape(even.shape)
         count = max(1, _BLOCK_BYTES // (field.itemsize * field.shape[1]))
         for first in range(0, len(rows), count):
             block = slice(first, first + count)

@@ -119,6 +119,7 @@ class Sphere(Indenter):
         "Radius R of the sphere.",
     ]
     kind: Literal["sphere"] = "sphere"
+    synonyms: ClassVar[tuple[str, ...]] = ("ball", "paraboloid")
 
     is_axisymmetric: ClassVar[bool] = True
 
@@ -154,6 +155,7 @@ class Cylinder(_Straight):
         "Radius R of the cylinder.",
     ]
     kind: Literal["cylinder"] = "cylinder"
+    synonyms: ClassVar[tuple[str, ...]] = ("roller", "line")
 
     def gap(self, x: Array, y: Array) -> Array:
         """x²/2R, m."""

@@ -168,6 +168,7 @@ class WavyRoughness(Roughness):
         "Mean slope along y; 0 deg: no wave along y.",
     ]
     kind: Literal["wavy"] = "wavy"
+    synonyms: ClassVar[tuple[str, ...]] = ("sine", "sinusoidal", "waves")
 
     @property
     def even(self) -> Even:
@@ -279,6 +280,7 @@ class SelfAffineRoughness(Roughness):
         "Wavelengths along x over wavelengths along y; given ones are the shorter.",
     ] = 1.0
     kind: Literal["self_affine"] = "self_affine"
+    synonyms: ClassVar[tuple[str, ...]] = ("random", "fractal", "gaussian")
 
     # The shortest waves are the lowest ones.
     detail: ClassVar[str] = "shortest wave"
