@@ -27,14 +27,15 @@ class LineContact(HertzContact):
     """
 
     def with_approach(self, approach: float) -> Self:
-        """Contact of the same bodies at an approach (m), counted as in `approach`."""
+        """Contact of the same bodies at an approach (m) as of `approach`, under at most E* R."""
         require_positive(approach=approach)
         most = self.composite_modulus * self.reference
 
         def missing(folds: float) -> float:
             return approach - self.with_load(most * math.exp(folds)).approach
 
-        return self.with_load(most * math.exp(find_root(missing, _LIGHTEST, 0.0)))
+        folds = find_root(missing, _LIGHTEST, 0.0) if missing(0.0) < 0.0 else 0.0
+        return self.with_load(most * math.exp(folds))
 
     def scar_half_width(self, volume: float, radius: float) -> float:
         """Half-width, m, of a body of a radius, m, that has lost a volume per length, m².
