@@ -123,7 +123,6 @@ TAKEN = {
     "study/rules.py": "findings",
     "study/materials.py": "MATERIAL Material PROPERTIES",
     "study/short_forms.py": "long_form",
-    "study/case_view.py": "case_html case_text",
     "study/case_warnings.py": "CaseWarning case_warnings",
     "run/resources.py": "require_memory",
     "run/progress.py": "Observer Step progress_bar",

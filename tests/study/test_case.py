@@ -1,7 +1,6 @@
 """A case: what it takes, what it refuses and what would do instead, its default grid."""
 
 import math
-import xml.etree.ElementTree as ElementTree
 from dataclasses import FrozenInstanceError
 
 import numpy as np
@@ -215,19 +214,10 @@ def test_one_coupling_in_all_directions_is_told_of_the_model_that_has_it(model):
     assert any("elongated" in str(each) for each in told) == (model == "jaeger")
 
 
-def test_a_case_is_shown_as_lines_and_as_a_page_with_its_profile_to_scale():
+def test_a_case_is_shown_as_lines():
     case = steel()
     first, *lines = repr(case).splitlines()
     assert first == f"<Case {case.case_id}>"
     assert [*map(str.strip, lines)][:2] == ["sphere radius              10 mm", lines[1].strip()]
     assert "normal load                50 N" in repr(case)
-    page = ElementTree.fromstring(case._repr_html_())
-    cells = [row.findtext("td[2]") for row in page.iter("tr")]
-    assert len(cells) == len(lines) == len(case.scalar_coordinates())
-    assert "50 N" in cells
-    svg = "{http://www.w3.org/2000/svg}"
-    points = [pair.split(",") for pair in page.find(f".//{svg}polyline").get("points").split()]
-    across, down = np.array(points, float).T
-    ratio = (across - across.mean()) / (across[-1] - across.mean())
-    depth = (down.max() - down) / (down.max() - down.min())
-    np.testing.assert_allclose(depth, ratio**2, atol=2e-3)  # a paraboloid, to a tenth of a pixel
+    assert len(lines) == len(case.scalar_coordinates())

@@ -36,7 +36,6 @@ from fretwear.quantity import (
     inlined,
     json_text,
 )
-from fretwear.study.case_view import case_html, case_text
 from fretwear.study.cycles import CYCLES, Block, Blocks, Snapshots, snapshots_of
 from fretwear.study.discretisation import (
     LARGEST_ROUNDING,
@@ -182,11 +181,13 @@ class Case(Setup):
         return findings(self, unread, blocks)
 
     def __repr__(self) -> str:
-        return case_text(self.case_id, self._worded)
-
-    def _repr_html_(self) -> str:
-        half_width, _ = self.indenter.half_widths(self.hertz)
-        return case_html(self.case_id, self._worded, self.indenter, half_width)
+        rows = {
+            parameter.words: parameter.text(in_unit(value, parameter.si_unit))
+            for _, value, parameter in self._declared_coordinates()
+        }
+        width = max(map(len, rows))
+        lines = (f"  {words:<{width}}  {value}" for words, value in rows.items())
+        return "\n".join([f"<Case {self.case_id}>", *lines])
 
     def changed(self, **members: object) -> Case:
         """The case with other members, not checked against each other."""
@@ -331,8 +332,7 @@ class Case(Setup):
     def coating_pressure_ratio(
         self,
     ) -> Annotated[
-        float,
-        Quantity("1", r"$p_\mathrm{c}/p_0$", "peak pressure over that of uncoated bodies"),
+        float, Quantity("1", r"$p_\mathrm{c}/p_0$", "peak pressure over that of uncoated bodies")
     ]:
         """Peak pressure of the unworn smooth bodies, over that without the coating; NaN if none."""
         if self.film is None:
@@ -424,14 +424,6 @@ class Case(Setup):
             for name, value, key in self._declared_coordinates()
         }
 
-    @property
-    def _worded(self) -> dict[str, str]:
-        """The values of the coordinates in readable units, by their words."""
-        return {
-            parameter.words: parameter.text(in_unit(value, parameter.si_unit))
-            for _, value, parameter in self._declared_coordinates()
-        }
-
     def _declared_coordinates(self) -> Iterator[tuple[str, float | str, Parameter]]:
         keys, following = case_keys(), derived(Case)
         for name, value in self._coordinates():
@@ -498,10 +490,7 @@ def assembled(
     the snapshots from both.
     """
     mistakes, keys = Mistakes(), case_keys()
-    members: Members = {
-        **keys.members_of(values, unread, mistakes),
-        "output_cycles": snapshots,
-    }
+    members: Members = {**keys.members_of(values, unread, mistakes), "output_cycles": snapshots}
     if blocks := members.get("blocks"):
         members["cycles"] = sum(block.cycles for block in blocks)
     if members.get("cell") is not None or not members.get("error_estimate", True):
