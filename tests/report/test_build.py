@@ -12,11 +12,8 @@ from markupsafe import Markup
 from fretwear.data.atomic import DataFileError
 from fretwear.data.effects import Points, effects_table, final_results, key_results
 from fretwear.report import Section, answer_text, build_report
-from fretwear.report.build import _directions
-from fretwear.study.plan import Plan
-from fretwear.study.reading import load_study
 
-from ..studies import base, near, two_loads, write_study
+from ..studies import near
 
 VOID = {"meta", "img"}
 KEYS = [
@@ -126,20 +123,6 @@ def test_the_first_screen_says_what_is_less_accurate_in_which_case_and_what_to_d
         assert line in page.text
     assert page.text.index(shown[2]) < page.text.index("1 more warning") < page.text.index(shown[3])
     assert told == [f"warning: {line}" for line in lines]
-
-
-def test_the_limits_and_the_warning_of_rings_have_one_number(finished, tmp_path):
-    """That of ν = 0.45, where κ is 1.41; a study without rings has neither."""
-    given = {**base(poisson_ratio=0.45, tangential_ratio=0.99999), "cycles": 10}
-    content = two_loads(base=given, vary={"load": ["25 N", "50 N"]})
-    study = load_study(write_study(tmp_path / "study.yaml", content))
-    plan, told = Plan(study), {}
-    for case_id, warning in next(iter(plan.warnings.values())).items():
-        told[case_id] = re.search(r"by up to (\d+) %", warning)[1]
-    limits = _directions(plan)
-    assert {re.search(r"by up to (\d+) %", limits)[1]} == {*told.values()}
-    assert _directions(finished.plan) == ""
-    assert "on rings" not in finished.report()
 
 
 def test_areas_stand_in_the_matrix_beside_what_is_called_an_outline(parsed):

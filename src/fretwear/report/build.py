@@ -19,13 +19,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from fretwear.data.atomic import DataFileError
-from fretwear.data.effects import (
-    WRITTEN,
-    Points,
-    effects_table,
-    key_results,
-    point_values,
-)
+from fretwear.data.effects import WRITTEN, Points, effects_table, key_results, point_values
 from fretwear.data.merge import check_belongs
 from fretwear.figures.datasets import history_of
 from fretwear.report.matrix import build_matrix
@@ -158,7 +152,6 @@ def build_report(
         else table_html(values.T.set_axis([""], axis=1), index=True),
         count=len(values),
         computation=_computation(plan, summary),
-        directions=_directions(plan),
         text=plan.study.file.read_text(encoding="utf-8"),
     )
     return html, answer_text(effects, points)
@@ -182,21 +175,6 @@ def _facts(plan: Plan, summary: xr.Dataset, points: Points) -> list[str]:
     share, words = max(largest, default=(0.0, ""))
     text = f"{words} ± {number_text(100.0 * share, 2)} %"
     return [*facts, f"largest error after the last cycle: {text}"] if words else facts
-
-
-def _directions(plan: Plan) -> str:
-    """Return the neglected effects of cases on rings, with the number of their warnings, or "".
-
-    The slip on rings is the mean over all directions.
-    """
-    cells = [case.cells for case in plan.study.cases().values()]
-    error = max((each.error_of_directions(0.0) for each in cells), default=0)
-    if not error:
-        return ""
-    return (
-        "Spheres computed on rings slip alike in all directions, and their deepest wear is too "
-        f"small by up to {100.0 * error:.0f} %, most at first."
-    )
 
 
 def _undone(summary: xr.Dataset, folder: Path) -> list[tuple[str, str, str]]:

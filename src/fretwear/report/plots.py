@@ -23,16 +23,14 @@ from fretwear.data.effects import (
 )
 from fretwear.data.files import MERGED_PROFILES
 from fretwear.figures.datasets import quantile_curves, study_curves
+from fretwear.figures.style import CATEGORICAL
 from fretwear.report.matrix import factor_text, spread_text
 from fretwear.results import CASE_ID, POINT, STATUS, PointStatus
 from fretwear.study.parameters import parameter, value_text, words_text
 from fretwear.units import NO_UNIT, Unit, axis_label, cycle_text, number_text, readable_unit
 from fretwear.variable import Variable
 
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00")
-"""Colours that the colour-blind tell apart (Okabe and Ito)."""
 EXPLORED = ("pressure_profile", "shear_profile", "wear_profile")
-"""Profiles of the explorer."""
 _MOST_LINES, _MOST_CASES, _MOST_PLACES, _DIGITS = 60, 36, 6000, 4
 _WIDE, _BETWEEN = 8.0, 0.04
 _MARGIN = 0.05  # decades beyond the last cycle, for its label
@@ -98,7 +96,7 @@ def curve(points: Points, effects: pd.DataFrame, result: str, name: str) -> dict
     x, y = levels_x[points.place(name)], unit.of(values)
     known = np.flatnonzero(~np.isnan(y))
     if points.drawn:
-        marker = {"size": 7, "color": COLOURS[0]}
+        marker = {"size": 7, "color": CATEGORICAL[0]}
         xs, ys = rounded(x[known]), rounded(y[known])
         dots: dict[str, object] = {"x": xs, "y": ys, "mode": "markers", "marker": marker}
         traces.append(dots | {"customdata": [*map(str, points.table.index[known])]})
@@ -183,7 +181,7 @@ def courses(points: Points, history: xr.Dataset, result: str) -> dict[str, objec
     ]  # fmt: skip
     lines.append({"x": rounded(x), "y": rounded(middle), "name": "median"})
     lines.append({"x": [], "y": []})
-    for line, color in zip(lines[2:], COLOURS, strict=False):
+    for line, color in zip(lines[2:], CATEGORICAL, strict=False):
         line["line"] = {"color": color, "width": 3}
     layout = {
         **_titled(variable, unit),
@@ -229,8 +227,8 @@ def _mean(values: Array) -> float:
 
 def _colours(count: int) -> Sequence[str]:
     """Return colours of levels: distinct ones for a few, a scale for many."""
-    if count <= len(COLOURS):
-        return COLOURS[:count]
+    if count <= len(CATEGORICAL):
+        return CATEGORICAL[:count]
     return list(sample_colorscale("Cividis", np.linspace(0, 0.95, count)))
 
 
