@@ -11,14 +11,7 @@ import numpy as np
 import pytest
 
 import fretwear
-from fretwear.data.export import (
-    ExportError,
-    write_abaqus,
-    write_csv,
-    write_parquet,
-    write_vtk,
-    write_x3p,
-)
+from fretwear.data.export import ExportError, write_abaqus, write_tables, write_vtk, write_x3p
 
 from ..studies import STEEL, near, steel
 
@@ -98,7 +91,7 @@ def test_a_dataset_without_fields_is_refused(worn, tmp_path):
 
 def test_tables_have_units_and_every_value(line, tmp_path):
     line = line.assign(wears=(("cycle", "x"), line.wear_depth.values > 0.0))
-    written = {path.name: path for path in write_csv(line, tmp_path / "line.csv")}
+    written = {path.name: path for path in write_tables(line, tmp_path / "line.csv")}
     assert written.keys() >= {"line-cycle-x.csv", "line-cycle.csv"}
     with written["line-cycle-x.csv"].open(newline="") as stream:
         head, *rows = csv.reader(stream)
@@ -118,10 +111,10 @@ def test_tables_of_parquet_have_every_bit(line, tmp_path):
     pd = pytest.importorskip("pandas")
     if not any(find_spec(name) for name in ("pyarrow", "fastparquet")):
         with pytest.raises(ExportError, match="pip install pyarrow"):
-            write_parquet(line, tmp_path / "line.parquet")
+            write_tables(line, tmp_path / "line.parquet")
         assert not [*tmp_path.iterdir()]
         return
-    written = {path.name: path for path in write_parquet(line, tmp_path / "line.parquet")}
+    written = {path.name: path for path in write_tables(line, tmp_path / "line.parquet")}
     table = pd.read_parquet(written["line-cycle-x.parquet"])
     np.testing.assert_array_equal(table["pressure (Pa)"], line.pressure.values.ravel())
     np.testing.assert_array_equal(table["x (m)"][: line.sizes["x"]], line.x)

@@ -39,40 +39,29 @@ def at_cycle(ds: xr.Dataset, cycle: float) -> xr.Dataset:
     return ds.sel({CYCLE.name: [cycle]}) if CYCLE.name in ds.dims else ds
 
 
-def write_csv(ds: xr.Dataset, path: Path) -> list[Path]:
-    """Write tables of text, one for all variables of the same dimensions: ``OUT-cycle-x-y.csv``.
+def write_tables(ds: xr.Dataset, path: Path) -> list[Path]:
+    """Write tables, one for all variables of the same dimensions: ``OUT-cycle-x-y.csv``.
 
-    The header has names and SI units, ``pressure (Pa)``; the last dimension varies fastest.
-    Positions have 15 digits, other numbers as many as their precision needs.
-    """
-    written = []
-    for dims, frame in _tables(ds):
-        for name in frame.columns[: len(dims)]:
-            if frame[name].dtype.kind == "f":
-                texts = {value: f"{value:.15g}" for value in frame[name].unique()}
-                frame[name] = frame[name].map(texts)
-        target = path.with_name(f"{path.stem}-{'-'.join(dims)}.csv")
-        with atomic_path(target) as temporary:
-            frame.to_csv(temporary, index=False, lineterminator="\n")
-        written.append(target)
-    return written
-
-
-def write_parquet(ds: xr.Dataset, path: Path) -> list[Path]:
-    """Write the tables of `write_csv` with all digits as ``OUT-cycle-x-y.parquet``.
-
+    The header has names and SI units, ``pressure (Pa)``; the last dimension varies fastest. In text
+    positions have 15 digits, other numbers as many as their precision needs; ``.parquet`` has all.
     pandas needs pyarrow or fastparquet for it; `ExportError` without them.
     """
     written = []
     for dims, frame in _tables(ds):
-        target = path.with_name(f"{path.stem}-{'-'.join(dims)}.parquet")
+        target = path.with_name(f"{path.stem}-{'-'.join(dims)}{path.suffix}")
+        written.append(target)
         with atomic_path(target) as temporary:
+            if path.suffix == ".csv":
+                for name in frame.columns[: len(dims)]:
+                    if frame[name].dtype.kind == "f":
+                        frame[name] = frame[name].map("{:.15g}".format)
+                frame.to_csv(temporary, index=False, lineterminator="\n")
+                continue
             try:
                 frame.to_parquet(temporary, index=False)
             except ImportError as error:
                 reason = "parquet files take the library pyarrow: pip install pyarrow"
                 raise ExportError(reason) from error
-        written.append(target)
     return written
 
 
@@ -239,8 +228,8 @@ def _data_lines(columns: Iterable[NDArray[np.generic]]) -> list[str]:
 
 
 WRITERS: Mapping[str, tuple[str, Callable[..., list[Path]]]] = {
-    "csv": (".csv", write_csv),
-    "parquet": (".parquet", write_parquet),
+    "csv": (".csv", write_tables),
+    "parquet": (".parquet", write_tables),
     "vtk": (".pvd", write_vtk),
     "abaqus": (".inp", write_abaqus),
     "x3p": (".x3p", write_x3p),
