@@ -64,7 +64,6 @@ MERGED_HISTORIES = (
     *(CYCLE.name, *HEADLINES, *IN_LINE_CONTACTS.values(), "tangential_force"),
     *(CONTACT_SPOTS.name, STICK_SPOTS.name, "exposed_area", "coating_left"),
 )
-"""Histories in a merged study."""
 
 # Parts of a case in a merged study: arrays by their names in its file, and attributes.
 _PROFILES = {field.name for field in MERGED_PROFILES.values()}
@@ -240,8 +239,8 @@ class Header(NamedTuple):
     attributes: Mapping[str, object]
 
 
-Headers: TypeAlias = dict[tuple[str, str], Header]
-"""Headers by the digest of the code that wrote the file, and the name of the variable."""
+Headers: TypeAlias = dict[str, dict[str, Header]]
+"""Headers by the digest of the code that wrote the file, or its path, and by name."""
 
 
 def survey(
@@ -262,11 +261,11 @@ def survey(
             names += _HISTORIES & {f"{HISTORY_GROUP}/{name}" for name in inner}
             (steps,) = h5py.h5d.open(file, f"{HISTORY_GROUP}/{CYCLE.name}".encode()).shape
         _check_case(Path(path), attributes, names)
-        code = attributes.setdefault(CODE_DIGEST.name, "") or str(path)
-        if any((code, name) not in headers for name in names):
-            headers.update(((code, name), header) for name, header in _read_headers(path))
+        known = headers.setdefault(attributes.setdefault(CODE_DIGEST.name, "") or str(path), {})
+        if not known.keys() >= {*names}:
+            known.update(_read_headers(path))
         axes = {CYCLE.name, X.name, Y.name} & {*names}
-        arrays = {name: _array(file, name, headers[code, name], {}) for name in axes}
+        arrays = {name: _array(file, name, known[name], {}) for name in axes}
     _check_axes(Path(path), arrays)
     return attributes, arrays, steps
 
@@ -280,12 +279,10 @@ def read_case(path: str | os.PathLike[str], code: str, headers: Headers) -> dict
     kept, of_axes = _HISTORIES | _PROFILES, {(CYCLE.name,), (X.name,), (Y.name,)}
     arrays, spaces = dict[str, NDArray[Any]](), dict[tuple[str, ...], h5py.h5s.SpaceID]()
     with _hdf5(path) as file:
-        for (digest, name), header in headers.items():
-            if digest == (code or str(path)) and (name in kept or header.dims in of_axes):
-                try:
+        for name, header in headers[code or str(path)].items():
+            if name in kept or header.dims in of_axes:
+                with suppress(KeyError):  # another file of the same code has it
                     arrays[name] = _array(file, name, header, spaces)
-                except KeyError:  # another file of the same code has it
-                    continue
     if Y.name in arrays:
         middle = int(np.abs(arrays[Y.name]).argmin())
         for name in _PROFILES & arrays.keys():

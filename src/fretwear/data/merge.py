@@ -6,8 +6,7 @@ import json
 import math
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from copy import copy
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from types import EllipsisType
@@ -180,7 +179,7 @@ class _CaseFiles:
             for each, values in section.extra_results(file, asked, tell).items():
                 self.extra.setdefault(number, {})[each.name] = values
                 header = Header((CYCLE.name,), values.dtype, each.attributes)
-                self.headers["", each.name] = header
+                self.headers.setdefault("", {})[each.name] = header
         self.status[number], self.done[number] = PointStatus.DONE, case.output_cycles
         self.digests[number] = sys.intern(attributes[CODE_DIGEST.name])
         self.warnings[number] = attributes.get(WARNINGS.name, "")
@@ -207,12 +206,20 @@ class _CaseFiles:
             for number in numbers.values()
             if (lines := self.warnings[number])
         }
-        older = _remarks_on((self.digests[number], points[number].case) for number in self.done)
-        return older + study_warnings(told, len(numbers))
+        older = [
+            self.digests[number] or "missing"
+            for number in self.done
+            if (case := points[number].case) and self.digests[number] != case_digest(case)
+        ]
+        remark = (
+            f"cases computed by another version of the code: {len(older)} of {len(self.done)}, "
+            f"with code_digest {', '.join(sorted({*older}))}, not {code_digest()}"
+        )
+        return [remark] * bool(older) + study_warnings(told, len(numbers))
 
     def variables(self, axes: Mapping[str, xr.Variable]) -> dict[str, xr.Variable]:
         """The merged variables, as named in the file; all values are missing and take no memory."""
-        heads = {name: header for (_, name), header in self.headers.items()}
+        heads = {name: head for of_code in self.headers.values() for name, head in of_code.items()}
         laid = {n: h for n, h in heads.items() if h.dims == (CYCLE.name,) and n not in axes}
         for name, field in MERGED_PROFILES.items():
             if field.name in heads:
@@ -297,16 +304,13 @@ def _columns(study: Study) -> tuple[dict[str, xr.Variable], dict[str, xr.Variabl
     columns, attributes = dict[str, list[float | str]](), dict[str, Mapping[str, object]]()
     done = []
     for number, point in enumerate(study.points()):
-        if (case := point.case) is None:
-            continue
-        done.append(number)
-        # A copy takes what it has derived with it.
-        for name, (value, units, words) in copy(case).scalar_coordinates().items():
-            number_or_text = value if isinstance(value, str) else float(value)
+        if point.case is not None:
+            done.append(number)
+        for name, (value, units, words) in point.scalar_coordinates().items():
             if name not in columns:
                 attributes[name] = Variable(name, units, words=words).attributes
                 columns[name] = ["" if isinstance(value, str) else math.nan] * study.size
-            columns[name][number] = number_or_text
+            columns[name][number] = value
     coordinates, parameters = dict[str, xr.Variable](), dict[str, xr.Variable]()
     for axis in study.axes:
         coordinates[axis.coordinate] = _varied(study, axis, attributes.get(axis.coordinate))
@@ -343,17 +347,6 @@ def _varied(study: Study, axis: Axis, declared: Mapping[str, object] | None) -> 
         }
     dim = POINT.name if POINT.name in study.sizes else axis.coordinate
     return xr.Variable((dim,), values, attributes)
-
-
-def _remarks_on(done: Iterable[tuple[str, Case | None]]) -> list[str]:
-    """Return a remark if finished cases, given with their digests, were computed by other code."""
-    pairs = [(digest, case_digest(case)) for digest, case in done if case is not None]
-    older = [digest or "missing" for digest, now in pairs if digest != now]
-    remark = (
-        f"cases computed by another version of the code: {len(older)} of {len(pairs)}, with "
-        f"code_digest {', '.join(sorted({*older}))}, not {code_digest()}"
-    )
-    return [remark] if older else []
 
 
 def check_belongs(summary: xr.Dataset, study: Study) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -215,10 +214,7 @@ def write_points(study: Study, path: str | Path) -> None:
         # Parameters in SI units; varied ones that are not all numbers as written in the file.
         varied = zip(study.axes, point.index, strict=True)
         values = {axis.coordinate: axis.plain[place] for axis, place in varied}
-        if point.case is not None:
-            # A copy takes what it has derived with it.
-            for name, (value, *_) in copy(point.case).scalar_coordinates().items():
-                values.setdefault(name, value if isinstance(value, str) else float(value))
+        values = {**{n: value for n, (value, *_) in point.scalar_coordinates().items()}, **values}
         row |= {"load" if name == "normal_load" else name: one for name, one in values.items()}
         if point.case is not None:
             cost = estimates[point.id]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence, Set
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -100,11 +101,6 @@ class Point:
     index: tuple[int, ...]  # position along each axis (zip and sampled designs: the same along all)
 
     @property
-    def place(self) -> tuple[int, ...]:
-        """Position along the dimensions of a merged study."""
-        return self.index[: len(self.study.sizes)]
-
-    @property
     def mistake(self) -> str:
         """Why the point is invalid; empty if it is valid."""
         return self.study.invalid.get(self.index, "")
@@ -137,6 +133,15 @@ class Point:
     def values(self) -> dict[str, object]:
         """Varied parameters by dotted name, in SI units."""
         return {a.name: a.values[i] for a, i in zip(self.study.axes, self.index, strict=True)}
+
+    def scalar_coordinates(self) -> dict[str, tuple[float | str, str, str]]:
+        """Those of the case, numbers as floats; none if the point is invalid."""
+        # A copy takes what it has derived with it.
+        stored = copy(self.case).scalar_coordinates() if self.case is not None else {}
+        return {
+            name: (value if isinstance(value, str) else float(value), unit, words)
+            for name, (value, unit, words) in stored.items()
+        }
 
     @property
     def words(self) -> str:
