@@ -7,7 +7,7 @@ import pytest
 
 from fretwear.plugins import plugins
 
-FULL = "not written, because the disk is full"
+FULL = "not written: the disk is full"
 
 
 ADDED = """

@@ -10,11 +10,7 @@ import pytest
 import xarray as xr
 
 from fretwear.data.atomic import DataFileError
-from fretwear.data.dataset import (
-    compared_cycles,
-    compared_results,
-    different_parameters,
-)
+from fretwear.data.dataset import compared_cycles, compared_results, different_parameters
 from fretwear.data.labels import history_line
 from fretwear.data.merge import check_belongs
 from fretwear.data.stack import open_study, representative_cycles, resampled

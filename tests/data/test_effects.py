@@ -5,12 +5,7 @@ import pytest
 import xarray as xr
 from scipy.stats import qmc
 
-from fretwear.data.effects import (
-    SEED,
-    Points,
-    effects_table,
-    sobol_indices,
-)
+from fretwear.data.effects import SEED, Points, effects_table, sobol_indices
 
 from ..studies import near, sampled
 

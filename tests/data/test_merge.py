@@ -32,10 +32,7 @@ from fretwear.data.files import (
     write_case,
 )
 from fretwear.data.merge import Tally, check_belongs, merge_study
-from fretwear.data.stack import (
-    NOT_DONE,
-    open_study,
-)
+from fretwear.data.stack import NOT_DONE, open_study
 from fretwear.results import FIELDS, RESULTS, SCALARS, PointStatus
 from fretwear.run.accuracy import ASKED
 from fretwear.study.plan import write_points

@@ -28,10 +28,8 @@ def test_without_a_coating_nothing_changes():
     assert math.isnan(steel().coating_pressure_ratio)
 
 
-def test_a_coating_is_in_the_id_and_the_coordinates():
+def test_a_thickness_is_also_over_the_contact_radius():
     coated = steel(coating=HARD)
-    assert coated.case_id != steel().case_id != steel(coating={**HARD, "thickness": "9 um"}).case_id
-    assert Case(**coated.canonical_parameters()).case_id == coated.case_id
     found = coated.scalar_coordinates()
     assert found["coating_thickness"][0] == near(15e-6)
     assert found["coating_ratio"][0] == near(15e-6 / coated.hertz_radius)
@@ -44,56 +42,52 @@ def test_slip_on_a_coating_has_a_direction_whatever_the_materials():
 
 
 @pytest.mark.parametrize(
-    ("indenter", "load", "expected"),
+    "indenter",
     [
-        # By an independent solution on rings, and on strips of an own program.
-        ({"kind": "sphere", "radius": "10 mm"}, "50 N", 1.1641),
-        ({"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "10.001 mm"}, "50 N", 1.1641),
+        {"kind": "sphere", "radius": "10 mm"},
+        {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "10.001 mm"},
     ],
 )
-def test_the_pressure_ratio_is_that_of_a_sphere(indenter, load, expected):
-    case = steel(radius=None, indenter=indenter, load=load)
+def test_the_pressure_ratio_is_that_of_a_sphere(indenter):
+    """By an independent solution on rings of an own program."""
+    case = steel(radius=None, indenter=indenter)
     coating = {"thickness": case.hertz_radius, "youngs_modulus": 2 * 208e9, "poisson_ratio": 0.25}
-    assert case.replace(coating=coating).coating_pressure_ratio == near(expected, rel=5e-4)
+    assert case.replace(coating=coating).coating_pressure_ratio == near(1.1641, rel=5e-4)
 
 
+WORN = {**HARD, "wear_coefficient": "1e-15 / Pa"}
+YIELDS = {**HARD, "plastic_limit": "12 GPa"}
 CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "18 N/mm"}
+HELD = {"tangential_ratio": None, "displacement_amplitude": "1 um"}
+FOLLOWS = {"value": "1e-14 / Pa", "pressure_exponent": 0.6, "reference_pressure": "100 MPa"}
+SLIDES = {"tangential_ratio": None, "sliding_amplitude": "20 um"}
 
 
 @pytest.mark.parametrize(
-    ("given", "key", "rule"),
+    ("coating", "given", "key", "rule"),
     [
-        ({"slip_model": "coupled"}, "coating", "slip_model: coupled"),
-        ({"slip_model": "cattaneo_mindlin"}, "coating", "slip_model: cattaneo_mindlin"),
-        ({"pulsating_load": 0.9, "slip_model": "jaeger"}, "coating", "pulsating_load in partial"),
-        ({"tangential_ratio": None, "displacement_ratio": 0.5}, "displacement_ratio", "unknown"),
-        (
-            {
-                **CYLINDER,
-                "tangential_ratio": None,
-                "displacement_amplitude": "1 um",
-                "tangential_compliance": "0.1 um/(N/mm)",
-            },
-            "displacement_amplitude",
-            "compliance is unknown",
-        ),
+        (HARD, {"slip_model": "coupled"}, "", "slip_model: coupled"),
+        (HARD, {"slip_model": "cattaneo_mindlin"}, "", "slip_model: cattaneo_mindlin"),
+        (HARD, {"pulsating_load": 0.9, "slip_model": "jaeger"}, "", "pulsating_load in partial"),
+        (HARD, {"tangential_ratio": None, "displacement_ratio": 0.5}, None, "unknown"),
+        (HARD, {**CYLINDER, **HELD, "tangential_compliance": "0.1 um/(N/mm)"}, None, "is unknown"),
+        (WORN, {"wear_coefficient": FOLLOWS}, "wear_coefficient", "follows the contact"),
+        (WORN, {"wear_threshold": "2 mJ/mm^2"}, "wear_coefficient", "wear_threshold"),
+        (WORN, {"debris_fraction": 1.0}, "wear_coefficient", "debris_fraction: 1"),
+        (YIELDS, {**SLIDES, "wear_coefficient": ["1e-14 / Pa"] * 2}, "plastic_limit", "sliding"),
+        ({**HARD, "plastic_limit": "1 MPa"}, {}, "plastic_limit", "low"),
     ],
 )
-def test_what_a_coating_excludes_is_refused(given, key, rule):
+def test_what_a_coating_excludes_is_refused(coating, given, key, rule):
+    """By itself each is fine."""
     with pytest.raises(CaseError) as refused:
-        steel(coating=HARD, **given)
+        steel(coating=coating, **given)
     (mistake,) = refused.value.mistakes
-    assert mistake.key == key
+    assert key is None or mistake.key == f"coating.{key}".rstrip(".")
     assert rule in mistake.rule
     steel(**given)
-
-
-def test_every_mistake_of_a_coating_is_reported():
-    with pytest.raises(CaseError) as refused:
-        steel(coating={"thickness": "0 um", "youngs_modulus": "400 N", "hardness": 1})
-    keys = {mistake.key for mistake in refused.value.mistakes}
-    assert keys >= {"coating.thickness", "coating.youngs_modulus", "coating.hardness"}
-    assert "coating.poisson_ratio" in keys
+    if coating is not HARD:
+        steel(coating=HARD, **given)
 
 
 def test_a_plan_shows_how_thick_and_how_stiff_a_coating_is(tmp_path):
@@ -121,43 +115,8 @@ def test_show_begins_with_the_whole_coating():
     assert rows["area of the exposed substrate"][:3] == ["0", "0", "0"]
 
 
-WORN = {**HARD, "wear_coefficient": "1e-15 / Pa"}
-FOLLOWS = {"value": "1e-14 / Pa", "pressure_exponent": 0.6, "reference_pressure": "100 MPa"}
-
-
-@pytest.mark.parametrize(
-    ("given", "rule"),
-    [
-        ({"wear_coefficient": FOLLOWS}, "follows the contact"),
-        ({"wear_threshold": "2 mJ/mm^2"}, "wear_threshold"),
-        ({"debris_fraction": 1.0}, "debris_fraction: 1"),
-    ],
-)
-def test_what_a_worn_coating_excludes_is_refused(given, rule):
-    with pytest.raises(CaseError) as refused:
-        steel(coating=WORN, **given)
-    (mistake,) = refused.value.mistakes
-    assert mistake.key == "coating.wear_coefficient"
-    assert rule in mistake.rule
-    steel(coating=HARD, **given)
-
-
-def test_the_plastic_limit_of_a_coating_is_refused_over_strokes_and_where_too_low():
-    hard = {**HARD, "plastic_limit": "12 GPa"}
-    assert steel(coating=hard).plastic_limits == (near(12e9), math.inf)
-    slides = {"tangential_ratio": None, "sliding_amplitude": "20 um"}
-    wears = {"wear_coefficient": ["1e-14 / Pa", "1e-14 / Pa"]}
-    soft = {**HARD, "plastic_limit": "1 MPa"}
-    for given, rule in (
-        ({"coating": hard, **slides, **wears}, "sliding"),
-        ({"coating": soft}, "low"),
-    ):
-        with pytest.raises(CaseError) as refused:
-            steel(**given)
-        (mistake,) = refused.value.mistakes
-        assert mistake.key == "coating.plastic_limit"
-        assert rule in mistake.rule
-    steel(coating=HARD, **slides, **wears)
+def test_a_coating_has_a_plastic_limit_of_its_own():
+    assert steel(coating=YIELDS).plastic_limits == (near(12e9), math.inf)
 
 
 @pytest.mark.slow
@@ -185,9 +144,8 @@ def test_a_map_has_the_edge_of_the_exposed_substrate_and_a_warning_tells_of_thin
 @pytest.mark.parametrize(("above", "below"), [(1e-15, 3e-15), (3e-15, 1e-15)])
 def test_a_stroke_wears_both_materials_by_its_path(above, below):
     coating = {**HARD, "thickness": "0.5 um", "wear_coefficient": above}
-    slides = {**CYLINDER, "tangential_ratio": None, "sliding_amplitude": "20 um"}
     case = steel(
-        **{**slides, "load": "100 N/mm"},
+        **{**CYLINDER, **SLIDES, "load": "100 N/mm"},
         wear_coefficient=[1e-16, below],
         coating=coating,
         cycles=20000,

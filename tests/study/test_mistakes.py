@@ -75,7 +75,6 @@ base/roughness: {kind: wavy, Sa: 1 um} || self_affine roughness takes rms_height
 base/load: [50 N, 60 N] | vary/load | belong into vary
 vary/material: [52100, copper] || vary.material | only base takes it: give youngs_modulus
 base/roughness: 0.1 um || must be one of wavy | write {kind: wavy, …}
-base/roughness: {kind: wavy, Ra: 1 um} || self_affine roughness takes rms_height
 base/blocks: [{cycles: 9}] || each block gives its cycles
 invalid: ignore || 'stop' or 'skip'
 base/material: titan | base/youngs_modulus, base/poisson_ratio | did you mean 'titanium'

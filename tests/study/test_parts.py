@@ -108,6 +108,7 @@ INDENTERS = (
     {"kind": "profile", "file": str(Path(__file__).with_name("tip.csv"))},
     {"kind": "round_punch", "flat_radius": "50 um", "edge_radius": "10 mm", "half_width": "1 mm"},
 )
+COATING = {"thickness": "15 um", "youngs_modulus": "500 GPa", "poisson_ratio": 0.2}
 DIMPLE = {"kind": "dimple", "depth": "0.5 um", "width": "20 um"}
 PUNCH = {
     "kind": "flat_punch",
@@ -143,6 +144,8 @@ def examples():
         {**rig, **held},
         {**others, "accuracy": 0.02},
         {"junction_growth": 9.0},
+        {"coating": COATING},
+        {"coating": {**COATING, "thickness": "9 um", "plastic_limit": "12 GPa"}},
         {"cycles": None, "blocks": [{"cycles": 20, "friction": 0.6}, {"cycles": 30}]},
         {"wear_coefficient": None, "energy_wear_coefficient": "5e-5 mm^3/J"},
         {"wear_coefficient": LAW},
