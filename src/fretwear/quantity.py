@@ -112,15 +112,14 @@ class Parameter:
         """A value, as in a study file."""
         return self.like
 
-    def __get_pydantic_core_schema__(
-        self, source: object, handler: GetCoreSchemaHandler
-    ) -> core_schema.CoreSchema:
-        return handler(source)
-
     def __get_pydantic_json_schema__(
         self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
     ) -> Schema:
-        return {**handler(schema), **self.described}
+        return {**(self._schema or handler(schema)), **self.described}
+
+    @property
+    def _schema(self) -> Schema:
+        return {}  # that of the type
 
     @property
     def described(self) -> Schema:
@@ -390,12 +389,6 @@ class Quantity(Readable):
         unit = self.in_frame_of(value).unit
         return self.word_for(value) or with_unit(number_text(float(value) / unit.size), unit)
 
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> Schema:
-        del schema, handler
-        return {**self._schema, **self.described}
-
     @property
     def _schema(self) -> Schema:
         single: list[Schema] = [{**_QUANTITY_SCHEMA, "examples": [self.example]}]
@@ -457,15 +450,12 @@ class PartOf(Parameter):
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
-        def absent(value: object) -> object:
-            return None if self.none and means_none(value) else value
+        return core_schema.no_info_before_validator_function(
+            lambda value: None if self.none and means_none(value) else value, handler(source)
+        )
 
-        return core_schema.no_info_before_validator_function(absent, handler(source))
-
-    def __get_pydantic_json_schema__(
-        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
-    ) -> Schema:
-        del schema, handler
+    @property
+    def _schema(self) -> Schema:
         kinds = self.family.kinds()
         choices: list[Schema] = [{"const": "none"}] if self.none else []
         if bare := [name for name, kind in kinds.items() if not required(kind)]:
@@ -474,7 +464,7 @@ class PartOf(Parameter):
             # Varied fields may be missing.
             whole = inlined(adapter(kind).json_schema())
             choices.append({key: item for key, item in whole.items() if key != "required"})
-        return {"anyOf": choices, **self.described}
+        return {"anyOf": choices}
 
     def named(self, parameters: Mapping[str, Parameter]) -> dict[str, Parameter]:
         """Parameters of a kind by name; for the second part of a family, words and names say so."""
@@ -721,14 +711,15 @@ def json_text(value: object) -> str:
     >>> json_text({"cell": [2 / 3]})
     '{"cell":[0.666666666667]}'
     """
-    if isinstance(value, float):
-        number = float(f"{value:.11e}")
-        return repr(number) if math.isfinite(number) else json.dumps(number)
-    if isinstance(value, list | tuple):
-        return f"[{','.join(map(json_text, value))}]"
-    if isinstance(value, dict):
-        return f"{{{','.join(f'{json.dumps(n)}:{json_text(value[n])}' for n in sorted(value))}}}"
-    return json.dumps(value)
+
+    def rounded(one: object) -> object:
+        if isinstance(one, float):
+            return float(f"{one:.11e}")
+        if isinstance(one, dict):
+            return {name: rounded(inner) for name, inner in one.items()}
+        return [*map(rounded, one)] if isinstance(one, list | tuple) else one
+
+    return json.dumps(rounded(value), sort_keys=True, separators=(",", ":"))
 
 
 def inlined(schema: Schema) -> Schema:

@@ -228,10 +228,6 @@ def _registry() -> Any:
     return registry
 
 
-def _expression(unit: str) -> str:
-    return f"1{unit}" if unit.startswith("/") else unit
-
-
 @lru_cache(maxsize=1024)
 def _unit(text: str) -> tuple[Decimal, object]:
     """Return the SI value of a unit and its dimensionality."""
@@ -239,16 +235,11 @@ def _unit(text: str) -> tuple[Decimal, object]:
         raise QuantityError(f"has a unit that cannot be read: {text!r}")
     registry = _registry()
     try:
-        units = registry.parse_units(_expression(_POWER.sub(r"\1^\2", text)))
+        units = registry.parse_units(_POWER.sub(r"\1^\2", f"1{text}" if text[0] == "/" else text))
         in_si = registry.Quantity(Decimal(1), units).to_root_units()
     except Exception as error:  # pint passes on errors of tokenizer, arithmetic and attributes
         raise QuantityError(f"has an unknown unit {text!r}") from error
     return Decimal(in_si.magnitude), units.dimensionality
-
-
-def _kind_of(dimensionality: object) -> str:
-    kinds = (kind.name for kind in DIMENSIONS if _unit(kind.typed)[1] == dimensionality)
-    return next(kinds, "another quantity")
 
 
 def nearest(name: object, valid: Iterable[str], cutoff: float = 0.6) -> str:
@@ -349,9 +340,11 @@ def parse_quantity(value: object, dimension: Dimension, *, units_required: bool 
         hint = _physical(written, unit, dimension) or did_you_mean(unit, valid, cutoff=0.5)
         raise QuantityError(f"{dimension.expectation}, but {error.rule}", hint) from error
     if dimensionality != _unit(dimension.typed)[1]:
-        kind = _kind_of(dimensionality)
+        kinds = (kind.name for kind in DIMENSIONS if _unit(kind.typed)[1] == dimensionality)
         hint = _physical(written, unit, dimension)
-        raise QuantityError(f"{dimension.expectation}, but {unit!r} is {kind}", hint)
+        raise QuantityError(
+            f"{dimension.expectation}, but {unit!r} is {next(kinds, 'another quantity')}", hint
+        )
     return _finite(float(Decimal(written) * factor), dimension)
 
 
@@ -412,13 +405,8 @@ def number_text(value: float, digits: int = 5) -> str:
     if value == 0.0 or 1e-4 <= abs(float(text)) < 1e6:
         text = f"{float(text):.10g}"
     mantissa, _, exponent = text.partition("e")
-    power = f"·{power_of_ten(int(exponent))}" if exponent else ""
-    return f"{mantissa}{power}".replace("-", "−")
-
-
-def power_of_ten(exponent: int) -> str:
-    """Write a power of ten with signs that any font has: ``10⁻³``."""
-    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    raised = str(int(exponent or 0)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return mantissa.replace("-", "−") + (f"·10{raised}" if exponent else "")
 
 
 def with_error(value: float, error: float, digits: int = 5) -> str:

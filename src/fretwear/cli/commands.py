@@ -205,11 +205,7 @@ def run_case(
             section.after_case(folder / f"{case_id}.nc")
 
 
-def merge(
-    file: StudyFile,
-    results: Results = None,
-    keep_older: KeepOlder = False,
-) -> None:
+def merge(file: StudyFile, results: Results = None, keep_older: KeepOlder = False) -> None:
     """Merge the finished cases into summary.nc and results.csv, and write the table points.csv."""
     study, folder = study_and_results(file, results)
 
@@ -221,12 +217,7 @@ def merge(
 
     summary = folder / "summary.nc"
     tally = merge_study(
-        study,
-        folder / "cases",
-        summary,
-        command=typed(),
-        keep_older=keep_older,
-        tell=note,
+        study, folder / "cases", summary, command=typed(), keep_older=keep_older, tell=note
     )
     with atomic_path(folder / "points.csv") as temporary:
         write_points(study, temporary)

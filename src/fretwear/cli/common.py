@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     from fretwear.study.study import Study
 
 FIGURE_FORMATS = (".png", ".svg", ".pdf")
-"""Endings of the files into which figures are drawn."""
 
 
 class Status(IntEnum):

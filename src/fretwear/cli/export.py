@@ -8,14 +8,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from fretwear.cli.common import (
-    CaseFile,
-    CommandError,
-    check_output,
-    open_checked,
-    option,
-    say,
-)
+from fretwear.cli.common import CaseFile, CommandError, check_output, open_checked, option, say
 
 _TO = "Format of the files."
 _OUTPUT = "File to write; several files share the beginning of this name."

@@ -42,7 +42,12 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         yield temporary
         temporary.replace(path)
     except (OSError, RuntimeError) as cause:
-        raise _write_error(path, cause) from cause
+        fault, remedy = getattr(cause, "strerror", None) or cause, "Choose another folder"
+        with suppress(OSError):
+            # The netCDF library does not report a full disk.
+            if shutil.disk_usage(path.parent).free < _NEARLY_FULL_BYTES:
+                fault, remedy = "the disk is full", "Free some space"
+        raise DataFileError(path, f"not written: {fault}", remedy) from cause
     finally:
         with suppress(OSError):
             temporary.unlink()
@@ -52,15 +57,6 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a text file (UTF-8, line ends as given) as `atomic_path` does."""
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="")
-
-
-def _write_error(path: Path, cause: OSError | RuntimeError) -> DataFileError:
-    """Say why a file could not be written; the netCDF library does not report a full disk."""
-    with suppress(OSError):
-        if shutil.disk_usage(path.parent).free < _NEARLY_FULL_BYTES:
-            return DataFileError(path, "not written, because the disk is full", "Free some space")
-    reason = getattr(cause, "strerror", None) or cause
-    return DataFileError(path, f"not written: {reason}", "Choose another folder")
 
 
 def read_error(path: Path, cause: Exception, remedy: str) -> DataFileError:

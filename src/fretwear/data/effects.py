@@ -48,7 +48,6 @@ if TYPE_CHECKING:
 SEED, LEAST_SEEDS = "roughness_seed", 3
 
 BOOKKEEPING = {CASE_ID.name, POINT.name, STATUS.name, "id"}
-"""Coordinates of points that are not parameters."""
 
 GOOD = 0.9
 """Share of the variance that an emulator must predict for its indices to be reported."""
@@ -60,7 +59,6 @@ COLUMNS = (
     *("result", "parameter", "from", "to", "where", "pairs", "factor"),
     *("lowest_factor", "highest_factor", "undefined", "appears", "vanishes"),
 )
-"""Columns of the table of effects."""
 
 # Least spread of log factors that matters; share of it that one parameter must explain.
 _MATTERS, _EXPLAINED = math.log(1.05), 0.3

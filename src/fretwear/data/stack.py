@@ -17,15 +17,7 @@ from numpy.typing import NDArray
 from fretwear.arrays import Array, Element
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import open_summary, read_arrays
-from fretwear.results import (
-    CASE_ID,
-    FIELDS,
-    STATUS,
-    SYMMETRIES,
-    PointStatus,
-    Y,
-    contact_frame,
-)
+from fretwear.results import CASE_ID, FIELDS, STATUS, SYMMETRIES, PointStatus, Y, contact_frame
 from fretwear.variable import Variable
 
 NOT_DONE = -1

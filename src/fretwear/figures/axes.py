@@ -27,7 +27,6 @@ from fretwear.units import axis_label, in_unit, readable_unit
 from fretwear.variable import Variable
 
 Place = Literal["outside upper left", "outside lower left"]
-"""The place of a key, as matplotlib's legends name it."""
 
 Shared = Literal["all", "row", "none"]
 

@@ -71,11 +71,7 @@ class Profiles:
         return np.append(-beyond[0], self.x), np.hstack([beyond[1], self.values])
 
 
-def profiles_of(
-    dataset: xr.Dataset,
-    field: Variable | str,
-    cycles: Cycles = None,
-) -> Profiles:
+def profiles_of(dataset: xr.Dataset, field: Variable | str, cycles: Cycles = None) -> Profiles:
     """Take one field on the line nearest y = 0, along x > 0 or, if it is not even, along all of x.
 
     Raises the errors of `snapshots`.

@@ -45,8 +45,8 @@ from fretwear.figures.style import (
     LINE_STYLES,
     MUTED,
     Columns,
-    JournalFigure,
     caption,
+    one_panel,
     root_figure,
     sequential_colormap,
     sequential_colours,
@@ -220,8 +220,7 @@ def coating_life(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     if not np.isfinite(life).any():
         raise ValueError("No coating is worn through: there is nothing to draw.")
     thickness, label = parameter_values(dataset, "coating_thickness")
-    figure = JournalFigure(columns=1, height=56.0) if ax is None else root_figure(ax)
-    axes = figure.subplots() if ax is None else ax
+    figure, axes = one_panel(1, 56.0, ax)
     others, tints = [*dims[:along], *dims[along + 1 :]], itertools.cycle(CATEGORICAL)
     for place, tint in zip(np.ndindex(life.shape[:-1]), tints, strict=False):
         order = [i for i in np.argsort(thickness) if np.isfinite(life[place][i])]

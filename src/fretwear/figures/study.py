@@ -17,12 +17,7 @@ from matplotlib.figure import Figure
 from fretwear.data.atomic import write_text
 from fretwear.data.files import open_case, open_loops
 from fretwear.figures.datasets import history_of, width_names
-from fretwear.figures.history import (
-    coating_life,
-    is_constant,
-    representative_cases,
-    scalar_history,
-)
+from fretwear.figures.history import coating_life, is_constant, representative_cases, scalar_history
 from fretwear.figures.maps import WAYS, fretting_map, wear_map
 from fretwear.figures.profiles import field_profiles, fretting_loops
 from fretwear.figures.style import JournalFigure, save_as

@@ -24,7 +24,6 @@ from fretwear.data.atomic import atomic_path
 STYLE_SHEET = Path(__file__).with_name("fretwear.mplstyle")
 
 Columns = Literal[1, 2]
-"""Width of a figure in columns of a journal page."""
 
 COLUMN_WIDTH = {1: 90.0, 2: 190.0}
 """Width in mm of a figure over one and over two journal columns."""

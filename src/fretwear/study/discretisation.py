@@ -19,13 +19,7 @@ from fretwear.mechanics.slip.models import Auto, Cerruti, Jaeger, SlipModel
 from fretwear.mechanics.surfaces.roughness import Tip
 from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.mechanics.wear.grading import NARROWEST_RING, NARROWEST_STRIP
-from fretwear.theory import (
-    EllipticContact,
-    HertzContact,
-    LimitingState,
-    LineContact,
-    share_of_band,
-)
+from fretwear.theory import EllipticContact, HertzContact, LimitingState, LineContact, share_of_band
 from fretwear.units import LINE_CONTACT, POINT_CONTACT
 
 Spacing = tuple[float, float]

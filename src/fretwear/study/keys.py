@@ -11,16 +11,7 @@ from typing import Annotated, Any, Generic, Literal, Self, TypeVar, get_type_hin
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
-from fretwear.quantity import (
-    Inline,
-    Parameter,
-    Part,
-    PartOf,
-    Quantity,
-    declared,
-    derived,
-    required,
-)
+from fretwear.quantity import Inline, Parameter, Part, PartOf, Quantity, declared, derived, required
 from fretwear.study.materials import MATERIAL, PROPERTIES, Material
 from fretwear.study.mistakes import LISTED, RANGE, Mistakes
 from fretwear.units import QuantityError, nearest
@@ -111,10 +102,6 @@ class Keys:
     def types(self) -> dict[str, object]:
         """The types of the values of all keys, including a material."""
         return {**{name: _described(key) for name, key in self._own.items()}, MATERIAL: Material}
-
-    def varied_types(self, names: Iterable[str]) -> dict[str, object]:
-        """Return the types of the values of varied parameters: lists or ranges."""
-        return {name: _varied(self[name]) for name in names}
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -254,21 +241,20 @@ def _described(key: Key) -> object:
     return annotated[(key.hint.__origin__, *notes)]
 
 
-def _varied(key: Key) -> object:
+def varied_type(key: Key) -> object:
     """The type of the values of a varied parameter: a list or, if it can be drawn, a range."""
     listed: Any = Annotated[GenericAlias(list, (_described(key),)), Field(min_length=1)]
     if not key.parameter.can_be_sampled:
         return listed
     generic: Any = Range
     drawn: Any = generic[key.hint]
+
+    def tag(value: object) -> str:
+        is_range = isinstance(value, Mapping) and {"from", "to"} & {*value}
+        return RANGE if is_range or isinstance(value, Range) else LISTED
+
     either = Annotated[listed, Tag(LISTED)] | Annotated[drawn, Tag(RANGE)]
-    return Annotated[either, Discriminator(lambda value: RANGE if _is_range(value) else LISTED)]
-
-
-def _is_range(value: object) -> bool:
-    return isinstance(value, Range) or (
-        isinstance(value, Mapping) and bool({"from", "to"} & {*value})
-    )
+    return Annotated[either, Discriminator(tag)]
 
 
 def _possible(name: str, key: Parameter) -> Iterable[tuple[str, Parameter]]:

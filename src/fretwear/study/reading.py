@@ -23,10 +23,7 @@ OPTION = "--set"
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,99}")
 
 
-def load_study(
-    path: str | Path,
-    assignments: Sequence[str] = (),
-) -> Study:
+def load_study(path: str | Path, assignments: Sequence[str] = ()) -> Study:
     """Read and check a study file (YAML), changed by assignments ``name=value``.
 
     Raises

@@ -26,14 +26,7 @@ from fretwear.mechanics.surfaces.pressing import Imposed
 from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.study.discretisation import Discretisation
 from fretwear.study.mistakes import Mistake
-from fretwear.units import (
-    BY_SI_UNIT,
-    FORCE,
-    LENGTH,
-    PRESSURE,
-    FloatWithUnit,
-    format_quantity,
-)
+from fretwear.units import BY_SI_UNIT, FORCE, LENGTH, PRESSURE, FloatWithUnit, format_quantity
 
 # Largest contact radius over R. At its edge the paraboloid r²/2R, which stands for the sphere in
 # half-space theory, is 1 % off the sphere, as much as the default tolerance allows.

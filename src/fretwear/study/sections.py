@@ -15,7 +15,7 @@ from fretwear.quantity import AUTO, MappingOf, PartOf, Schema, auto_or, inlined
 from fretwear.study.case import Case, case_keys
 from fretwear.study.cycles import Snapshots
 from fretwear.study.designs import MAX_POINTS, Combinations, Design
-from fretwear.study.keys import Keys
+from fretwear.study.keys import Keys, varied_type
 from fretwear.study.mistakes import Mistakes
 from fretwear.variable import Variable
 
@@ -105,10 +105,7 @@ class StudySection:
         """Compute the results that the section adds to a case that has just finished."""
 
     def extra_results(
-        self,
-        case: Path,
-        cycles: Array,
-        tell: Callable[[str], None],
+        self, case: Path, cycles: Array, tell: Callable[[str], None]
     ) -> Mapping[Variable, Array]:
         """Further results of a case file over cycles, for the merged study."""
         return {}
@@ -140,7 +137,7 @@ def _form(keys: Keys, varied: tuple[str, ...]) -> TypeAdapter[Sections]:
         Annotated[dict[str, object], MappingOf(types), Field(description=field.description)]
         for types, field in (
             (keys.types, Sections.model_fields["base"]),
-            (keys.varied_types(varied), Sections.model_fields["vary"]),
+            ({name: varied_type(keys[name]) for name in varied}, Sections.model_fields["vary"]),
         )
     )
     own: dict[str, Any] = {"base": (base, {}), "vary": (vary, {}), "output": (output, output())}

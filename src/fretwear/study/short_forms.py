@@ -8,7 +8,6 @@ from fretwear.quantity import is_list
 from fretwear.study.materials import MATERIAL, PROPERTIES, row_of
 
 PARTS_OF_A_DISTANCE = 1000
-"""Default number of cycles into which a sliding distance is divided."""
 
 
 def long_form(base: Mapping[str, object], vary: Mapping[str, object]) -> dict[str, object]:
