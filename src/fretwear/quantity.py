@@ -119,7 +119,7 @@ class Parameter:
 
     @property
     def _schema(self) -> Schema:
-        return {}  # that of the type
+        return {}  # as pydantic describes the type
 
     @property
     def described(self) -> Schema:

@@ -79,7 +79,8 @@ def init(
     from fretwear.data.atomic import atomic_path
     from fretwear.run.workflow import workspace
 
-    all_studies = workspace() / "studies"
+    root = workspace()
+    all_studies = root / "studies"
     # Studies of published experiments, in a folder of their own, come last.
     files = sorted(all_studies.rglob("*.yaml"), key=lambda file: (len(file.parents), file))
     studies = {file.relative_to(all_studies).with_suffix("").as_posix(): file for file in files}
@@ -88,7 +89,6 @@ def init(
         raise CommandError(f"--study {study}: is not a study that comes with fretwear: {names}")
     check_writable(folder)
     contents = {Path("Snakefile"): _SNAKEFILE.encode(), Path(".gitignore"): _GITIGNORE.encode()}
-    root = workspace()
     chosen = studies[study]
     # A study may come with what was measured, and with the surfaces that it names.
     text = chosen.read_text(encoding="utf-8")

@@ -59,12 +59,7 @@ def case_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
     closed_forms: dict[str, float] = {}
     with suppress(TypeError, ValueError):  # a case of another version
         closed_forms = unworn(case.fretwear.case)
-    forces = [
-        name
-        for coordinate, names in FORCES.items()
-        if coordinate not in case.coords
-        for name in names
-    ]
+    forces = [name for key, names in FORCES.items() if key not in case.coords for name in names]
     rows = [("", *(f"cycle {case['cycle'].values[end]:.0f}" for end in (0, -1)), "unworn", "")]
     names = dict.fromkeys((*headlines([*map(str, case)]), *_MORE_RESULTS, *forces))
     for name in (name for name in names if name in case):

@@ -60,7 +60,7 @@ def write_text(path: str | os.PathLike[str], text: str) -> None:
 
 
 def read_error(path: Path, cause: Exception, remedy: str) -> DataFileError:
-    """Say why a netCDF file could not be read; the remedy is that of a damaged one."""
+    """Say why a netCDF file could not be read; the remedy is for a damaged one."""
     fault = f"it is damaged, or not a netCDF-4 file of fretwear ({cause})"
     if path.is_dir():
         fault, remedy = "it is a folder", "Give a file in it, such as cases/ID.nc of results"

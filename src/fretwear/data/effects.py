@@ -316,18 +316,13 @@ class Points:
 def effects_table(points: Points) -> pd.DataFrame:
     """Return the changes of results from the first to the last level of each parameter.
 
-    The results are the `headlines`. A row compares pairs of cases that differ in one
-    parameter alone: all of them, then those at each level, ``where``, of the parameter on which the
-    change depends most. Factors are ratios of the result at level ``to`` over that at ``from``,
-    undefined where one of them is zero or undefined; ``factor`` is their geometric mean. A result
-    appears in a pair where it is zero at ``from`` alone, and vanishes where it is zero at ``to``
-    alone. Seeds have no order: their levels are undefined, and their factors relate the result of
-    each to the mean over the seeds.
-
-    Returns
-    -------
-    pandas.DataFrame
-        The columns are `COLUMNS`; ``where`` is a mapping from a parameter to its level.
+    The results are the `headlines`, the columns `COLUMNS`. A row compares pairs of cases that
+    differ in one parameter alone: all of them, then those at each level of the parameter on which
+    the change depends most, ``where`` by its name. Factors are ratios of the result at level ``to``
+    over that at ``from``, undefined where one of them is zero or undefined; ``factor`` is their
+    geometric mean. A result appears in a pair where it is zero at ``from`` alone, and vanishes
+    where it is zero at ``to`` alone. Seeds have no order: their levels are undefined, and their
+    factors relate the result of each to the mean over the seeds.
     """
     rows = []
     for name, levels in points.levels.items():
@@ -379,17 +374,13 @@ def _change(values: pd.DataFrame) -> tuple[float, ...]:
 
 def _divider(values: pd.DataFrame, others: list[str]) -> str:
     """Return the other parameter on which the factor depends most; empty if it depends on none."""
-    logarithms = np.log(values["factor"].dropna())
-    if not others or len(logarithms) < 2 or np.ptp(logarithms) < _MATTERS:
+    logs = np.log(values["factor"].dropna())
+    if not others or len(logs) < 2 or np.ptp(logs) < _MATTERS:
         return ""
-    parts = {
-        parameter: float(
-            ((logarithms - logarithms.groupby(values[parameter]).transform("mean")) ** 2).sum()
-        )
-        for parameter in others
-    }
-    best = min(parts, key=lambda parameter: parts[parameter])
-    whole = float(((logarithms - logarithms.mean()) ** 2).sum())
+    means = {name: logs.groupby(values[name]).transform("mean") for name in others}
+    parts = {name: float(((logs - mean) ** 2).sum()) for name, mean in means.items()}
+    best = min(parts, key=lambda name: parts[name])
+    whole = float(((logs - logs.mean()) ** 2).sum())
     return best if parts[best] < (1.0 - _EXPLAINED) * whole else ""
 
 
@@ -405,25 +396,13 @@ class Indices:
 
 
 def sobol_indices(unit: Array, values: Array, sizes: Sequence[int] = ()) -> list[Indices]:
-    """Return the Sobol indices of functions, given their values at points that fill the unit cube.
+    """Return the Sobol indices of each function, given `values` (n, k) of k functions at n points.
 
-    An emulator of quintic radial functions interpolates the values, and `scipy.stats.sobol_indices`
-    integrates it. Emulators that each omit one eighth of the points measure its quality. Of more
-    than 1000 points, the first 1000 are used.
-
-    Parameters
-    ----------
-    unit : array of shape (n, d)
-        Points of a Sobol sequence or a Latin hypercube.
-    values : array of shape (n, k)
-        Values of k functions at these points.
-    sizes : sequence of d int
-        Number of listed values from which each coordinate was drawn, 0 for a range (the default).
-
-    Returns
-    -------
-    list of Indices
-        One for each function.
+    The points, `unit` (n, d), fill the unit cube; `sizes` are the numbers of listed values from
+    which their coordinates were drawn, 0 for a range (the default). An emulator of quintic radial
+    functions interpolates the values, and `scipy.stats.sobol_indices` integrates it. Emulators that
+    each omit one eighth of the points measure its quality. Of more than 1000 points, the first 1000
+    are used.
     """
     # Importing this takes longer than a merge.
     from scipy.interpolate import RBFInterpolator

@@ -194,9 +194,9 @@ def write_abaqus(ds: xr.Dataset, path: Path) -> list[Path]:
 def write_x3p(ds: xr.Dataset, path: Path) -> list[Path]:
     """Write the heights of the worn flat, m, in a format of programs for measured surfaces.
 
-    The heights are minus the wear depth at the last snapshot, upwards; that of both bodies together
-    if the wear of the flat is unknown. `ExportError` without the library SurfaceTopography, or if
-    the dataset has no map of wear.
+    The heights are minus the wear depth at the last snapshot, upwards; the depth of both bodies
+    together if the wear of the flat is unknown. `ExportError` without the library
+    SurfaceTopography, or if the dataset has no map of wear.
     """
     try:
         from SurfaceTopography import Topography
@@ -211,7 +211,7 @@ def write_x3p(ds: xr.Dataset, path: Path) -> list[Path]:
     heights = Topography(-worn.values.astype(np.float64), sizes, unit="m", periodic=False)
     archive = io.BytesIO()
     heights.to_x3p(archive, manufacturer="fretwear", model="fretwear")
-    # SurfaceTopography writes the digest of the heights; ISO 25178-72 requires that of main.xml.
+    # SurfaceTopography writes the digest of the heights; ISO 25178-72 requires main.xml's.
     with zipfile.ZipFile(archive) as members:
         content = {name: members.read(name) for name in members.namelist()}
     digest = hashlib.md5(content["main.xml"], usedforsecurity=False).hexdigest()

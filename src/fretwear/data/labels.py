@@ -216,16 +216,13 @@ def history_line(command: str) -> str:
 
 def attributes_from(case: xr.Dataset, title: str, command: str) -> dict[str, object]:
     """Attributes of a dataset that a command has computed from the dataset of a case."""
+    names = ("parameters", "case_id", *STUDY_ATTRIBUTES)
     return {
         "title": f"{title} of case {case.attrs['case_id']}",
         **FORMAT,
         "source": source(),
         "history": history_line(command),
-        **{
-            n: case.attrs[n]
-            for n in ("parameters", "case_id", *STUDY_ATTRIBUTES)
-            if n in case.attrs
-        },
+        **{name: case.attrs[name] for name in names if name in case.attrs},
     }
 
 

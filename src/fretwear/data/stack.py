@@ -57,7 +57,7 @@ def resampled(
     """Interpolate values at cell centres to other positions, both in m, along the last axes.
 
     Physical quantities are interpolated linearly, and equal the value of the cell to the last bit
-    at its centre; a state, which is a whole number, is that of the nearest cell. Between the axis
+    at its centre; a state, a whole number, comes from the nearest cell. Between the axis
     and the first cell of a one-sided array values are constant; beyond the outermost cell centres
     they are `outside`. Cells with only positive positions are one side of an even contact.
     """

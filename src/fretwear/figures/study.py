@@ -54,7 +54,10 @@ def study_figures(
     it are drawn.
     """
     for name, draw, common in islice(_drawings(summary, cases), first, None, step):
-        yield _described(name, draw(), common)
+        figure, where = draw(), f" ({common})" if common else ""
+        start, *others = figure.sentences if isinstance(figure, JournalFigure) else [""]
+        caption = " ".join([f"{start.removesuffix('.')}{where}.", *others])
+        yield StudyFigure(name, caption, figure)
 
 
 def _drawings(summary: xr.Dataset, cases: Path) -> Iterator[tuple[str, Callable[[], Figure], str]]:
@@ -98,13 +101,6 @@ def _drawings_of_cases(
             yield "fretting_loops", partial(fretting_loops, loops)
         if all("y" in case.dims for case in opened.values()):  # a line contact is uniform along y
             yield "wear_map", partial(wear_map, opened)
-
-
-def _described(name: str, figure: Figure, common: str = "") -> StudyFigure:
-    """Name a figure; `common`, what its cases have in common, follows its first sentence."""
-    first, *others = figure.sentences if isinstance(figure, JournalFigure) else [""]
-    where = f" ({common})" if common else ""
-    return StudyFigure(name, " ".join([f"{first.removesuffix('.')}{where}.", *others]), figure)
 
 
 def write_study_figures(

@@ -467,7 +467,7 @@ def _form(keys: Keys) -> TypeAdapter[Members]:
 
 
 def _read(parameters: Mapping[str, object]) -> tuple[Members, Set[str], Mistakes]:
-    """Read the keywords of a case; the result is that of `assembled`."""
+    """Read the keywords of a case; returns what `assembled` does."""
     mistakes, keys = Mistakes(), case_keys()
     keywords = {name: value for name, value in parameters.items() if value is not None}
     keywords = long_form(keywords, {})

@@ -177,7 +177,7 @@ class Discretisation:
     def needed_spacings(self) -> tuple[Spacing, Spacing]:
         """Spacings (dx, dy), m, that resolve contact, stick zone and waves, and the tips too.
 
-        Contact radius, stick radius and slip annulus are those of the smooth elastic sphere. A
+        Contact radius, stick radius and slip annulus describe the smooth elastic sphere. A
         smooth contact yields in a narrow ring at the stick edge, and so does a rough one that is
         pressed flat. This needs twice the cells, unless the ring is too narrow for the cells to
         yield. Wave lengths count along their own direction, so dx and dy differ where the waves do.

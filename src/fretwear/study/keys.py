@@ -187,8 +187,7 @@ class Keys:
         return (required(self.owner) - members.keys()) | {self.member_of(name) for name in unread}
 
     def _missing(self, name: str, mistakes: Mistakes) -> None:
-        hint = f"such as {name}: {self[name].parameter.example}"
-        mistakes.add(name, None, "is missing", hint)
+        mistakes.add(name, None, "is missing", f"such as {name}: {self[name].parameter.example}")
 
     def _inline(
         self,

@@ -186,14 +186,8 @@ class Plan:
         for point in self.points:
             labels = point.labels.values()
             if point.case is None:
-                yield (
-                    "(invalid)",
-                    *labels,
-                    *("-" for _ in self._of_coatings),
-                    "-",
-                    "-",
-                    point.mistake,
-                )
+                unknown = ["-"] * (len(self._of_coatings) + 2)
+                yield "(invalid)", *labels, *unknown, point.mistake
                 continue
             cost = self.estimates[point.id]
             ratios = (getattr(point.case, name) for _, name in self._of_coatings)

@@ -416,7 +416,7 @@ def findings(
 
 
 def _broken(case: Setup, unread: Set[str]) -> list[Mistake]:
-    """The mistakes of a case, without those of rules that read an unread member."""
+    """The mistakes of a case; rules that read an unread member are not tried."""
     broken: list[Mistake] = []
     for name in ("normal", "loading"):
         if not unread & {"indenter", name}:
