@@ -103,7 +103,6 @@ class Parameter:
     like: str = ""  # a value, as in a study file
     description: str = ""  # a sentence for the JSON Schema and the documentation
     unit: Unit = NO_UNIT  # unit for people
-    can_be_sampled: bool = False  # whether values may be drawn from a range
     absent: float | None = None  # value of the coordinate in a case without this part
     omitted_value: float | None = None  # value that is left out of the coordinates
 
@@ -222,11 +221,6 @@ class Quantity(Readable):
         if self.si_unit not in BY_SI_UNIT:
             known = ", ".join(BY_SI_UNIT)
             raise ValueError(f"{self.words}: {self.si_unit!r} is not among the SI units {known}.")
-
-    @property
-    def can_be_sampled(self) -> bool:  # type: ignore[override]
-        """Whether values may be drawn from a range."""
-        return not self.is_whole and self.places in ((), BODIES)
 
     @cached_property
     def dimension(self) -> Dimension:

@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.data.atomic import DataFileError
 from fretwear.data.dataset import compared_cycles, compared_results, different_parameters
 from fretwear.data.labels import history_line
-from fretwear.data.merge import check_belongs
-from fretwear.data.stack import open_study, representative_cycles, resampled
+from fretwear.data.stack import representative_cycles, resampled
 from fretwear.results import DEPTH, RESULTS, SCALARS, of_steps
 from fretwear.study.case import Case
 
-from ..studies import base, near, run_study
+from ..studies import near
 
 CONTRACT_UNITS = {
     "Pa": "pressure shear_traction peak_pressure central_pressure mean_stick_pressure",
@@ -220,19 +218,6 @@ def test_a_point_is_selected_in_the_words_of_a_study_file():
 
 def test_drawn_cycles_are_even_in_their_fourth_root():
     assert representative_cycles([n**4 for n in range(21)]) == (0, 4**4, 8**4, 12**4, 16**4, 20**4)
-
-
-def test_a_point_without_a_file_has_no_values(make_study, tmp_path):
-    quick = base(load=None, cycles=1, cell="20 um", error_estimate=False)
-    study = make_study({"load": ["20 N", "50 N"]}, base=quick, output={"cycles": [0, 1]})
-    run_study(study, tmp_path, [*study.cases()][:1])
-    with open_study(tmp_path) as summary:
-        for name in ("wear_volume", "pressure_profile", "pressure"):
-            assert summary[name][0].notnull().all()
-            assert summary[name][1].isnull().all()
-        check_belongs(summary, study)
-        with pytest.raises(DataFileError, match="study"):
-            check_belongs(summary, make_study({"load": ["20 N", "40 N"]}))
 
 
 def test_depths_and_regimes_say_how_they_are_read():

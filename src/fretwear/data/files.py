@@ -341,10 +341,7 @@ def _read_headers(path: str | os.PathLike[str]) -> Iterator[tuple[str, Header]]:
 
 @contextmanager
 def _hdf5(path: str | os.PathLike[str]) -> Iterator[h5py.h5f.FileID]:
-    """Open a file by HDF5, in a hundredth of the time that the netCDF library takes.
-
-    `DataFileError` if it is missing or damaged.
-    """
+    """Open a file by HDF5, in a hundredth of the time that the netCDF library takes."""
     try:
         with closing(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, _access())) as file:
             yield file

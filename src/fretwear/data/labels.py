@@ -180,10 +180,7 @@ def loops_dataset(
 def _variables(
     expected: Iterable[Variable], arrays: Mapping[str, ArrayLike], dims: tuple[str, ...] = ()
 ) -> dict[str, xr.Variable]:
-    """Return arrays as variables; without dimensions, each has the dimension of its own name.
-
-    A KeyError names what is missing, a ValueError an array that `Variable.allows` refuses.
-    """
+    """Return arrays as variables; without dimensions, each has the dimension of its own name."""
     variables = {}
     for variable in expected:
         values = np.asarray(arrays[variable.name])

@@ -219,16 +219,6 @@ def width_names(dataset: xr.Dataset) -> tuple[str, str]:
     return f"contact_{end}", f"stick_{end}"
 
 
-def available_cycles(dataset: xr.Dataset) -> list[int]:
-    """Return the cycles at which a case, or one point of a study, has snapshots."""
-    cycles = np.atleast_1d(dataset["cycle"].values)
-    width = dataset.get("contact_half_width_x")
-    if width is not None and width.dims == ("cycle",):
-        # Other points of a study may have snapshots where this one has none.
-        cycles = cycles[np.isfinite(width.values)]
-    return [int(cycle) for cycle in cycles]
-
-
 def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
     """Return a dataset at the given cycles or, without any, at a few representative ones.
 
@@ -240,7 +230,11 @@ def snapshots(dataset: xr.Dataset, cycles: Cycles, *names: str) -> xr.Dataset:
         raise ValueError(f"The dataset has {count} points of a study: {remedy}.")
     if "cycle" in dataset.coords and dataset["cycle"].ndim == 0:  # one snapshot was selected
         dataset = dataset.expand_dims("cycle")
-    available = available_cycles(dataset)
+    stored, width = dataset["cycle"].values, dataset.get(_ALWAYS)
+    if width is not None and width.dims == ("cycle",):
+        # Other points of a study may have snapshots where this one has none.
+        stored = stored[np.isfinite(width.values)]
+    available = [int(cycle) for cycle in stored]
     chosen = representative_cycles(available) if cycles is None else np.atleast_1d(cycles).tolist()
     asked = [int(cycle) for cycle in chosen]
     if not asked or not set(asked) <= set(available):

@@ -60,12 +60,6 @@ class CaseWarning:
         return cls(*found.groups(default="")) if (found := _LINE.fullmatch(line)) else None
 
     @property
-    def error(self) -> float:
-        """The largest error, %, of a contact that misses its accuracy, otherwise 0."""
-        found = re.search(r"± ([\d.]+) %", self.detail) if self.is_inaccuracy else None
-        return float(found[1]) if found else 0.0
-
-    @property
     def is_inaccuracy(self) -> bool:
         """Whether results miss the requested accuracy."""
         return self.what.startswith(_INACCURATE)
@@ -83,9 +77,9 @@ def study_warnings(cases: Mapping[str, Sequence[CaseWarning]], count: int) -> li
     for words, warnings in cases.items():
         where = f" in {words}" if words else ""
         for warning in warnings:
-            if warning.is_inaccuracy:
+            if warning.is_inaccuracy and (error := re.search(r"± ([\d.]+) %", warning.detail)):
                 label = f"{warning.detail[:1].upper()}{warning.detail[1:]}"
-                missed.append((warning.error, f"{label}{where}: {warning.remedy}"))
+                missed.append((float(error[1]), f"{label}{where}: {warning.remedy}"))
             else:
                 groups.setdefault(warning.what, []).append((where, warning))
     sentences = [text for _, text in sorted(missed, key=lambda each: -each[0])]

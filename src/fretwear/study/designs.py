@@ -77,11 +77,6 @@ class Axis:
     drawn_from: Range[float] | None = None  # None if the values were listed
 
     @property
-    def key(self) -> str:
-        """Key of `base` to which the parameter belongs."""
-        return self.name.split(".", 1)[0]
-
-    @property
     def coordinate(self) -> str:
         """Name as a dataset coordinate."""
         key, own = case_keys()[self.name], self.name.partition(".")[2]

@@ -11,12 +11,23 @@ from typing import Annotated, Any, Generic, Literal, Self, TypeVar, get_type_hin
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, model_validator
 
-from fretwear.quantity import Inline, Parameter, Part, PartOf, Quantity, declared, derived, required
+from fretwear.quantity import (
+    BODIES,
+    Inline,
+    Parameter,
+    Part,
+    PartOf,
+    Quantity,
+    declared,
+    derived,
+    required,
+)
 from fretwear.study.materials import MATERIAL, PROPERTIES, Material
 from fretwear.study.mistakes import LISTED, RANGE, Mistakes
 from fretwear.units import QuantityError, nearest
 
 _Value = TypeVar("_Value")
+_DRAWN = (), BODIES  # places of quantities that may be drawn from a range
 
 
 class Range(BaseModel, Generic[_Value]):
@@ -241,9 +252,10 @@ def _described(key: Key) -> object:
 
 
 def varied_type(key: Key) -> object:
-    """The type of the values of a varied parameter: a list or, if it can be drawn, a range."""
+    """The type of the values of a varied parameter: a list or, of most quantities, a range."""
     listed: Any = Annotated[GenericAlias(list, (_described(key),)), Field(min_length=1)]
-    if not key.parameter.can_be_sampled:
+    quantity = key.parameter
+    if not isinstance(quantity, Quantity) or quantity.is_whole or quantity.places not in _DRAWN:
         return listed
     generic: Any = Range
     drawn: Any = generic[key.hint]

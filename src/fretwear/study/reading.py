@@ -216,7 +216,7 @@ def _placed(mistake: Mistake, point: Point) -> tuple[Mistake, str]:
     key = "output.cycles" if name == "output_cycles" else f"base.{name}"
     others = []
     for axis, position in zip(point.study.axes, point.index, strict=True):
-        if f"{name}.".startswith(f"{axis.key}."):
+        if f"{name}.".startswith(f"{axis.name.partition('.')[0]}."):
             key = f"vary.{axis.name}" + (f"[{position}]" if axis.drawn_from is None else "")
         else:
             others.append(f"{axis.name} = {axis.labels[position]}")
