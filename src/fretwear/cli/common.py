@@ -87,9 +87,7 @@ Processes = Annotated[
 ]
 
 
-def say(text: str) -> None:
-    """Print to standard output."""
-    typer.echo(text)
+say = typer.echo  # to standard output
 
 
 def note(text: str) -> None:

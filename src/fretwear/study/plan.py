@@ -208,12 +208,12 @@ def write_points(study: Study, path: str | Path) -> None:
         # Parameters in SI units; varied ones that are not all numbers as written in the file.
         varied = zip(study.axes, point.index, strict=True)
         values = {axis.coordinate: axis.plain[place] for axis, place in varied}
-        values = {**{n: value for n, (value, *_) in point.scalar_coordinates().items()}, **values}
-        row |= {"load" if name == "normal_load" else name: one for name, one in values.items()}
+        stored = point.scalar_coordinates().items()
+        row |= values | {name: value for name, (value, *_) in stored if name not in values}
         if point.case is not None:
             cost = estimates[point.id]
             row |= zip(last, (cost.cells, f"{cost.seconds:.3g}", cost.memory_bytes), strict=False)
         rows.append(row)
-    table = pd.DataFrame(rows, dtype=object)
+    table = pd.DataFrame(rows, dtype=object).rename(columns={"normal_load": "load"})
     first = [name for name in table if name not in last]
     table[[*first, *last]].to_csv(path, index=False, lineterminator="\n")
