@@ -101,15 +101,8 @@ def split_loops(
         raise CommandError("--figure: draws one recording, not several files")
     if decimal not in ("", ".", ","):
         raise CommandError(f"--decimal {decimal}: must be '.' or ','")
-    chosen = tuple(int(one) if one.isdecimal() else one for one in _listed(columns)) or None
-    layout = Layout(
-        chosen,
-        _listed(units) or None,
-        skip,
-        decimal or None,
-        encoding or None,
-        _listed(scale) or None,
-    )
+    chosen = tuple(int(one) if one.isdecimal() else one for one in _listed(columns))
+    layout = Layout(chosen, _listed(units), skip, decimal, encoding, _listed(scale))
     try:
         normal = parse_quantity(load, BY_SI_UNIT["N"], units_required=True)
     except QuantityError as error:

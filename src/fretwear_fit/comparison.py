@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +11,7 @@ import xarray as xr
 from fretwear.arrays import Array
 from fretwear.results import CYCLE
 from fretwear.units import cycle_text
-from fretwear_fit.noise import Noise, NoiseEvidence
+from fretwear_fit.noise import UNIT, Noise, NoiseEvidence
 from fretwear_fit.request import BASELINE, Measurement
 
 # Points of the grid of a signal, over cells: a scar is interpolated twice.
@@ -40,29 +39,29 @@ class Comparison:
 
     measurement: Measurement
     cycle: float
-    noise: Noise | None  # of a profile
+    noise: Noise = UNIT  # of a profile
     deviations: tuple[float, float] = (0.0, 0.0)  # of depth and width, relative; of a number, both
-    grid: Array | None = None  # positions of the signal of a profile
+    grid: Array = field(default_factory=lambda: np.zeros(0))  # positions of a profile's signal
     evidence: NoiseEvidence | None = None  # what the noise was estimated from
     is_placed: bool = False  # whether the scar lies at x = 0, because the readings do not show it
 
     @classmethod
     def of(cls, measurement: Measurement, prediction: xr.Dataset) -> Comparison:
         """Begin with a measurement and the first prediction, which tells how fine a grid is."""
-        grid, noise = None, None
         last = float(prediction[CYCLE.name][-1])
         cycle = last if measurement.cycle is None else measurement.cycle
-        if measurement.is_profile:
-            x, depth = measurement.readings or (np.zeros(0), np.zeros(0))
-            cells = prediction[measurement.along].values
-            reach = _ROOM * (x[-1] - x[0])
-            count = _FINER * (x[-1] - x[0] + 2.0 * reach) / (cells[1] - cells[0])
-            points = int(np.clip(count, 401, _MOST_POINTS))
-            center = _center(measurement)
-            grid = np.linspace(x[0] - center - reach, x[-1] - center + reach, points)
-            # A first guess: readings that scatter by a part of the depth.
-            size = measurement.noise or 0.05 * float(np.ptp(depth))
-            noise = Noise(size, measurement.correlation_length or 0.0)
+        if not measurement.is_profile:
+            return cls(measurement, cycle).with_errors(prediction)
+        x, depth = measurement.readings
+        cells = prediction[measurement.along].values
+        reach = _ROOM * (x[-1] - x[0])
+        count = _FINER * (x[-1] - x[0] + 2.0 * reach) / (cells[1] - cells[0])
+        points = int(np.clip(count, 401, _MOST_POINTS))
+        center = _center(measurement)
+        grid = np.linspace(x[0] - center - reach, x[-1] - center + reach, points)
+        # A first guess: readings that scatter by a part of the depth.
+        size = measurement.noise or 0.05 * float(np.ptp(depth))
+        noise = Noise(size, measurement.correlation_length or 0.0)
         return cls(measurement, cycle, noise, grid=grid).with_errors(prediction)
 
     def with_errors(self, prediction: xr.Dataset) -> Comparison:
@@ -92,7 +91,6 @@ class Comparison:
         """What a run predicts for the measurement, shape (g,)."""
         of, at = self.measurement, prediction.sel({CYCLE.name: self.cycle})
         if of.is_profile:
-            assert self.grid is not None
             x, depth = at[of.along].values, at[f"{of.quantity}_{of.along}"].values
             return np.asarray(np.interp(self.grid, x, depth, left=0.0, right=0.0))
         if of.is_loop:
@@ -122,9 +120,7 @@ class Comparison:
     @property
     def degrees(self) -> int:
         """Degrees of freedom: readings less what is free of the base line."""
-        readings = self.measurement.readings
-        count = 1 if readings is None else readings[0].size
-        return count - len({*self.names} & {*BASELINE})
+        return self.measurement.readings[0].size - len({*self.names} & {*BASELINE})
 
     def modelled(self, signal: Array, nuisances: Array) -> Array:
         """The readings that a signal and a base line would give, shape (n,).
@@ -133,11 +129,10 @@ class Comparison:
         relative numerical errors ε and ω; a loop has forces where it is nearest to the readings.
         """
         of, nuisance = self.measurement, dict(zip(self.names, nuisances, strict=True))
-        if of.readings is None:
-            return signal
         if of.is_loop:
             return self._nearest_on_the_loop(signal, nuisances)[0]
-        assert self.grid is not None
+        if not of.is_profile:
+            return signal
         x = of.readings[0]
         places = (x - nuisance.get("shift", 0.0)) / (1.0 + nuisance.get("width", 0.0))
         worn = (1.0 + nuisance.get("depth", 0.0)) * np.interp(places, self.grid, signal)
@@ -147,25 +142,18 @@ class Comparison:
 
     def residuals(self, signal: Array, nuisances: Array) -> Array:
         """Whitened residuals, shape (n + k,); the last k stand for numerical errors."""
-        of, names = self.measurement, self.names
-        priors = dict(zip(("depth", "width"), self.deviations, strict=True))
-        of_errors = [
-            value / priors[name]
-            for name, value in zip(names, nuisances, strict=True)
-            if name in priors
-        ]
+        of, priors = self.measurement, dict(zip(("depth", "width"), self.deviations, strict=True))
+        pairs = zip(self.names, nuisances, strict=True)
+        of_errors = [value / priors[name] for name, value in pairs if name in priors]
         if of.is_profile:
-            assert of.readings is not None
-            assert self.noise is not None
             x, depth = of.readings
             missed = (depth - self.modelled(signal, nuisances))[:, None]
-            return np.concatenate([self.noise.whitened(x, missed)[:, 0], of_errors])
-        if of.is_loop:
-            return np.concatenate([self._nearest_on_the_loop(signal, nuisances)[1], of_errors])
-        assert of.value is not None
-        assert of.error is not None
-        size = np.hypot(of.error, self.deviations[0])
-        return np.array([(of.value - signal[0]) / size])
+            missed = self.noise.whitened(x, missed)[:, 0]
+        elif of.is_loop:
+            missed = self._nearest_on_the_loop(signal, nuisances)[1]
+        else:
+            missed = (of.value - signal) / np.hypot(of.error, self.deviations[0])
+        return np.concatenate([missed, of_errors])
 
     def _nearest_on_the_loop(self, signal: Array, nuisances: Array) -> tuple[Array, Array]:
         """Forces where the loop is nearest to each reading, and distances in units of noise.
@@ -174,7 +162,6 @@ class Comparison:
         wide as a loop would be nearer to both halves; near the ends it may belong to either.
         """
         of, nuisance = self.measurement, dict(zip(self.names, nuisances, strict=True))
-        assert of.readings is not None
         where, force = np.split(signal, 2)
         where = (1.0 + nuisance.get("width", 0.0)) * where + nuisance.get("shift", 0.0)
         force = (1.0 + nuisance.get("depth", 0.0)) * force + nuisance.get("offset", 0.0)
@@ -208,12 +195,9 @@ class Comparison:
     @cached_property
     def steps(self) -> Array:
         """Steps of the nuisances for their derivatives, and to scale them."""
-        of = self.measurement
-        assert of.readings is not None
-        x, depth = of.readings
-        wide = float(np.ptp(x))
-        deep = float(np.ptp(depth)) or (self.noise.size if self.noise else 1.0)
-        if of.is_loop:
+        x, depth = self.measurement.readings
+        wide, deep = float(np.ptp(x)), float(np.ptp(depth)) or self.noise.size
+        if self.measurement.is_loop:
             heights = {"offset": deep, "shift": wide}
             return np.array([_SMALL * heights.get(name, 1.0) for name in self.names])
         sizes = {"offset": 0.01 * deep, "tilt": 0.01 * deep / wide, "shift": 2e-3 * wide}
@@ -242,7 +226,6 @@ class Comparison:
         names, readings = np.array(self.names), self.measurement.readings
         if not names.size:
             return np.zeros(0)
-        assert readings is not None
         if start is None and self.measurement.is_loop:
             force, where = (0.5 * (each.min() + each.max()) for each in readings[::-1])
             start = force * (names == "offset") + where * (names == "shift")
@@ -263,8 +246,6 @@ class Comparison:
 
         At its own depth, a scar that is much too deep would fit best beyond the readings.
         """
-        assert self.measurement.readings is not None
-        assert self.noise is not None
         x, depth = self.measurement.readings
         names = np.array(self.names)
         shifts = np.linspace(-1.0, 1.0, _SHIFTS) * _ROOM * (x[-1] - x[0])
@@ -294,7 +275,7 @@ class Comparison:
     def drawn(self, signal: Array, nuisances: Array, generator: np.random.Generator) -> Array:
         """Readings that a signal would give, with noise, shape (n,)."""
         of, fitted = self.measurement, self.modelled(signal, nuisances)
-        if of.readings is None or self.noise is None:
+        if not of.is_profile:
             scale = of.error or of.force_noise or 0.0
             return fitted + generator.normal(scale=scale, size=fitted.size)
         return fitted + self.noise.drawn(of.readings[0], generator)
@@ -315,7 +296,6 @@ class Comparison:
         has_noise = of.noise is not None and of.correlation_length is not None
         if not of.is_profile or has_noise:
             return self
-        assert of.readings is not None
         x, depth = of.readings
         worn = self.modelled(signal, nuisances * ~np.isin(self.names, ("offset", "tilt")))
         unworn, is_beside = worn < _UNWORN * max(signal.max(), 1e-300), True
@@ -326,15 +306,10 @@ class Comparison:
         evidence = NoiseEvidence(x[unworn], rest, trend, *known, is_beside)
         return replace(self, noise=evidence.best(), evidence=evidence)
 
-    def derivatives(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
+    def derivatives(self, signal: Array, nuisances: Array, changes: Array) -> Array:
         """Derivatives of residuals by changes of the signal, then nuisances, (n + k, p + m)."""
         by_signal = [self.by_signal(signal, nuisances, change) for change in changes]
         return np.column_stack([*by_signal, self.slopes(signal, nuisances)])
-
-    def unweighted(self, signal: Array, nuisances: Array, changes: Sequence[Array]) -> Array:
-        """The same derivatives, not yet whitened: for residuals of a profile in m."""
-        blank = self if self.noise is None else replace(self, noise=Noise(1.0, 0.0))
-        return blank.derivatives(signal, nuisances, changes)
 
 
 def without_nuisances(columns: Array, count: int) -> Array:
@@ -359,7 +334,6 @@ def _evenly_along(displacement: Array, force: Array) -> Array:
 
 def _center(measurement: Measurement) -> float:
     """Where a scar is sought: at 0, or amid readings that are all on one side of it."""
-    assert measurement.readings is not None
     low, high = float(measurement.readings[0].min()), float(measurement.readings[0].max())
     is_free = measurement.is_profile and "shift" in measurement.baseline
     return 0.5 * (low + high) if is_free and not low <= 0.0 <= high else 0.0

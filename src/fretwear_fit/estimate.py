@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fretwear.arrays import Array
 from fretwear_fit.comparison import Comparison, without_nuisances
 from fretwear_fit.emulator import NEAR, Emulator
-from fretwear_fit.noise import Noise
+from fretwear_fit.noise import UNIT, Noise
 from fretwear_fit.request import Unknown
 
 LEVELS = (0.68, 0.9, 0.95)
@@ -63,11 +63,11 @@ class Fitter:
         `tell` takes a line of text about each run, of which at most `runs` are made.
         """
         self.runs, self._most = runs, runs
-        self.unknowns, self.comparisons, self._signals = unknowns, [*comparisons], signals
-        self._tell = tell
+        self.unknowns, self._signals, self._tell = unknowns, signals, tell
+        self.settled: list[Array | None]
+        self.compare(comparisons)
         ends = np.array([unknown.ends for unknown in unknowns])
         self.lower, self.upper = ends.T
-        self.settled: list[Array | None] = [None] * len(comparisons)
         self.signals_of: dict[bytes, tuple[Array, Array | None]] = {}
         self.sizes: list[int] = []
         self._tangent: tuple[Array, Array, Array] | None = None
@@ -104,16 +104,20 @@ class Fitter:
         return [self.signals_of.get(u.tobytes(), (u, None))[1] for u in points]
 
     def split(self, signal: Array) -> list[Array]:
-        """The signal of each measurement."""
+        """The signal of each measurement, or its changes in several columns."""
         return np.split(signal, np.cumsum(self.sizes)[:-1])
 
     def parts(self, signal: Array) -> list[tuple[Comparison, Array, Array]]:
         """Each measurement with its signal and the nuisances that suit it best."""
-        signals = [*zip(self.comparisons, self.split(signal), strict=True)]
-        pairs = zip(signals, self.settled, strict=True)
-        settled = [comparison.settled(part, start) for (comparison, part), start in pairs]
+        pairs = [*zip(self.comparisons, self.split(signal), strict=True)]
+        starts = zip(pairs, self.settled, strict=True)
+        settled = [comparison.settled(part, start) for (comparison, part), start in starts]
         self.settled = [*settled]
-        return [(*both, nuisances) for both, nuisances in zip(signals, settled, strict=True)]
+        return [(*both, nuisances) for both, nuisances in zip(pairs, settled, strict=True)]
+
+    def compare(self, comparisons: Sequence[Comparison]) -> None:
+        """Go on with other noises, places or errors of the measurements."""
+        self.comparisons, self.settled = [*comparisons], [None] * len(comparisons)
 
     def residuals(self, signal: Array) -> Array:
         """Whitened residuals of all measurements at the best nuisances."""
@@ -129,11 +133,9 @@ class Fitter:
 
         Kaufman's approximation of variable projection (BIT 15, 1975).
         """
-        count, columns = changes.shape[1], []
-        for place, (comparison, part, nuisances) in enumerate(self.parts(signal)):
-            slopes = comparison.derivatives(part, nuisances, self.split_all(changes, place))
-            columns.append(without_nuisances(slopes, count))
-        return np.concatenate(columns)
+        parts = zip(self.parts(signal), self.split(changes), strict=True)
+        slopes = [c.derivatives(s, n, moved.T) for (c, s, n), moved in parts]
+        return np.concatenate([without_nuisances(rows, changes.shape[1]) for rows in slopes])
 
     def derivatives(self, u: Array, signal: Array) -> Array:
         """Derivatives of the signal by finite differences, shape (g, p); one run each."""
@@ -238,20 +240,18 @@ class Fitter:
         evidences = [comparison.evidence for comparison in self.comparisons]
         if all(evidence is None for evidence in evidences):
             return np.ones((1, len(self.unknowns)))
-        parts = [
-            c.unweighted(s, n, self.split_all(derivatives, place))
-            for place, (c, s, n) in enumerate(self.parts(signal))
-        ]
+        # Not whitened yet: residuals of a profile are in m.
+        pairs = zip(self.parts(signal), self.split(derivatives), strict=True)
+        parts = [replace(c, noise=UNIT).derivatives(s, n, moved.T) for (c, s, n), moved in pairs]
 
-        def variances(noises: Sequence[Noise | None]) -> Array:
+        def variances(noises: Sequence[Noise]) -> Array:
             slopes = []
             for comparison, columns, noise in zip(self.comparisons, parts, noises, strict=True):
-                whitened = columns
-                if noise is not None and comparison.measurement.readings is not None:
+                if comparison.measurement.is_profile:
                     x, _ = comparison.measurement.readings
                     readings = noise.whitened(x, columns[: x.size])
-                    whitened = np.concatenate([readings, columns[x.size :]])
-                slopes.append(without_nuisances(whitened, len(self.unknowns)))
+                    columns = np.concatenate([readings, columns[x.size :]])
+                slopes.append(without_nuisances(columns, len(self.unknowns)))
             return np.diag(self.covariance(np.concatenate(slopes)))
 
         taken = [comparison.noise for comparison in self.comparisons]
@@ -265,10 +265,6 @@ class Fitter:
         ]
         allowed = [variances(noises) for noises in zip(*columns, strict=True)]
         return np.array(allowed) / variances(taken)
-
-    def split_all(self, changes: Array, place: int) -> list[Array]:
-        """Changes of the signal of one measurement, from columns with the changes of all."""
-        return [self.split(change)[place] for change in changes.T]
 
     def emulator(self, u: Array) -> tuple[Emulator, Array]:
         """Return an emulator of the runs around the best parameters, and derivatives there.

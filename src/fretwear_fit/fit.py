@@ -178,9 +178,8 @@ class Fit:
             name, dim, measured = f"data_{number}", f"reading_{number}", comparison.measurement
             unit = getattr(measured.force_noise or measured.value, "si_unit", "m")
             words = {"long_name": comparison.title, "units": unit}
-            readings = np.array([measured.value])
-            if measured.readings is not None:
-                x, readings = measured.readings
+            x, readings = measured.readings
+            if measured.file is not None:
                 observed.coords[f"position_{number}"] = dim, x, {"units": "m"}
             observed[name] = dim, readings, words
             predicted[name] = (*draw, dim), self._predicted(number - 1, few), words

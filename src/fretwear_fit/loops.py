@@ -234,28 +234,23 @@ class Loops:
 
     recording: Recording
     cycles: list[slice]  #: their readings
-    table: pd.DataFrame  #: a row for each cycle, see `loop_history`
+    table: pd.DataFrame  #: a row for each cycle, see `split_recording`
     notes: tuple[str, ...]  #: the columns that were chosen, and what was left out
 
 
-def loop_history(path: str | Path, load: float, layout: Layout = PLAIN) -> pd.DataFrame:
+def split_recording(path: Path, load: float, layout: Layout = PLAIN) -> Loops:
     """The cycles of a recording under a normal load, N, or N/m of a line contact.
 
-    Its columns are ``cycle`` from 0, ``displacement_amplitude`` (m), ``force_amplitude`` (N or
-    N/m), ``dissipated_energy`` E = ∮ Q dδ (J or J/m), and ``friction`` E/(4 P δ₀), with half the
-    width δ₀ of the loop at Q = 0: the coefficient of a contact that slides as a whole, whatever the
-    compliance of the rig; NaN where the loop has no width, or does not close because the contact
-    was unloaded before or the motion has changed. A column of cycles, or jumps of the time, give
-    the number of a cycle. What is not part of a whole cycle is left out.
+    Columns of the table are ``cycle`` from 0, ``displacement_amplitude`` (m), ``force_amplitude``
+    (N or N/m), ``dissipated_energy`` E = ∮ Q dδ (J or J/m), and ``friction`` E/(4 P δ₀), with half
+    the width δ₀ of the loop at Q = 0: the coefficient of a contact that slides as a whole, whatever
+    the compliance of the rig; NaN where the loop has no width, or does not close because the
+    contact was unloaded before or the motion has changed. A column of cycles, or jumps of the time,
+    give the number of a cycle. What is not part of a whole cycle is left out.
     """
-    return split_recording(path, load, layout).table
-
-
-def split_recording(path: str | Path, load: float, layout: Layout = PLAIN) -> Loops:
-    """The cycles of a recording, as `loop_history` has them, with their readings."""
     import pandas as pd  # takes half a second
 
-    recording = recording_of(Path(path), layout, "N")
+    recording = recording_of(path, layout, "N")
     breaks = _breaks(recording)
     places = cycles_of(recording.displacement, breaks)
     if not places.size:
@@ -366,7 +361,7 @@ def last_loop(recording: Recording) -> tuple[Array, Array]:
 
 
 def friction_text(table: pd.DataFrame) -> str:
-    """The friction of `loop_history` as study files have it, at a few cycles."""
+    """The friction of `split_recording` as study files have it, at a few cycles."""
     table = table.dropna(subset="friction")
     last = len(table) - 1
     rows = {0, *np.geomspace(1, max(last, 1), _MOST_POINTS - 1).round().astype(int).tolist()}

@@ -37,11 +37,10 @@ class Noise:
         rho, size = self._correlation(x), self.size * np.sqrt(1.0 - self.white)
         scale = size * np.sqrt(1.0 - rho**2)[:, None]
         rest = columns[1:] - rho[:, None] * columns[:-1]
-        result: Array = np.concatenate([columns[:1] / size, rest / scale])
-        if self.white:
-            bands = self._factor(rho)
-            result = np.asarray(solve_banded((1, 0), bands, result, check_finite=False))
-        return result
+        result = np.concatenate([columns[:1] / size, rest / scale])
+        if not self.white:
+            return result
+        return np.asarray(solve_banded((1, 0), self._factor(rho), result, check_finite=False))
 
     def log_determinant(self, x: Array) -> float:
         """Logarithm of the determinant of the covariance."""
@@ -84,6 +83,9 @@ class Noise:
             return np.zeros(x.size - 1)
         rho: Array = np.minimum(np.exp(-np.diff(x) / self.length), 1.0 - _LEAST_RHO)
         return rho
+
+
+UNIT = Noise(1.0, 0.0)
 
 
 @dataclass(frozen=True)

@@ -339,26 +339,25 @@ class Measurement(Part):
                 object.__setattr__(self, "value", value)
                 object.__setattr__(self, "error", error)
             elif not about:
-                assert self.readings is not None
+                len(self.readings)  # reads the file
         except QuantityError as cause:
             _raise([("value" if about else "file", self.value or self.file, cause)])
         return self
 
     @property
-    def readings(self) -> tuple[Array, Array] | None:
-        """Positions and depths of a profile, displacements and forces of a loop; else None."""
-        return None if self._read is None else self._read[:2]
+    def readings(self) -> tuple[Array, Array]:
+        """Positions and depths of a profile, displacements and forces of a loop; 0 and a number."""
+        return self._read[:2]
 
     @property
     def origin(self) -> str:
         """What the readings were taken from, such as columns, and how many are missing."""
-        return "" if self._read is None else self._read[2]
+        return self._read[2]
 
     @property
     def file_summary(self) -> str:
-        """Number and range of the readings, and what they were taken from."""
-        if self.file is None or self.readings is None:
-            return ""
+        """Number and range of the readings of a file, and what they were taken from."""
+        assert self.file is not None
         unit = BY_SI_UNIT[self.force_noise.si_unit if self.force_noise else "m"]
         ends = zip(self.readings, (BY_SI_UNIT["m"], unit), strict=True)
         x, values = (
@@ -369,9 +368,9 @@ class Measurement(Part):
         return f"{self.file.name}: {size} readings, {values} over {x}; {self.origin}"
 
     @cached_property
-    def _read(self) -> tuple[Array, Array, str] | None:
+    def _read(self) -> tuple[Array, Array, str]:
         if self.file is None:
-            return None
+            return np.zeros(1), np.array([self.value]), ""
         layout = Layout(
             self.columns, self.units, self.skip, self.decimal, self.encoding, self.scale
         )

@@ -166,14 +166,12 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     fitter.keep(SEARCH)
     best = fitter.best(start)
     parts = fitter.parts(fitter.signal(best))
-    fitter.comparisons = [c.with_noise_beside(s, n) for c, s, n in parts]
-    fitter.settled = [None] * len(comparisons)
+    fitter.compare([c.with_noise_beside(s, n) for c, s, n in parts])
     fitter.keep(MOVES)
     best = fitter.emulator(best)[0].best
     # Which readings lie beside the scar is known only now.
     parts = fitter.parts(fitter.signal(best))
-    fitter.comparisons = [c.with_noise_beside(s, n).with_place(s) for c, s, n in parts]
-    fitter.settled = [None] * len(comparisons)
+    fitter.compare([c.with_noise_beside(s, n).with_place(s) for c, s, n in parts])
     degrees = sum(c.degrees for c in fitter.comparisons) - len(unknowns)
     if _probability(fitter, fitter.misfit(fitter.signal(best)), degrees) < UNLIKELY:
         fitter.keep(AROUND)
@@ -196,8 +194,7 @@ def _fitted(tests: _Tests, runs: Runs, tell: Callable[[str], None], seed: int) -
     ]
     (exact,) = predictions([best], errors=True)
     assert exact is not None
-    fitter.comparisons = [c.with_errors(exact[c.measurement.test]) for c in fitter.comparisons]
-    fitter.settled = [None] * len(comparisons)
+    fitter.compare([c.with_errors(exact[c.measurement.test]) for c in fitter.comparisons])
     fitter.keep(AROUND)
     emulator, derivatives = fitter.emulator(best)
     spread = fitter.spread(fitter.signal(emulator.best), derivatives)

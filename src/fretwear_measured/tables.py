@@ -177,7 +177,9 @@ class Table:
         asked = self.layout.columns or ()
         found = [self.ranked(one) for one in sought]
         if asked or not self.names:
-            usable = map(self._numbered, asked[: len(sought)]) if asked else range(count)
+            names = self.names or [""] * count
+            keys = [one if isinstance(one, int) else _head(one)[0] for one in asked[: len(sought)]]
+            usable = [pick(key, names, "column") for key in keys] if asked else range(count)
             found = [{number: (False, 0)} for number in usable]
         best = [[n for n, rank in one.items() if rank == min(one.values())] for one in found]
         options = _different(best) or _different(found)
@@ -263,11 +265,6 @@ class Table:
         units = [one.dimension.example.split()[-1] for one in sought]
         scales = [f"10 {u}/V" if v else "1" for u, v in zip(units, volts, strict=True)]
         return f", and say what a volt is: scale: [{', '.join(scales)}]" if any(volts) else ""
-
-    def _numbered(self, asked: int | str) -> int:
-        """The number of a column from its number or its name, perhaps with a unit."""
-        names = [*self.names] or [""] * self.values.shape[1]
-        return pick(asked if isinstance(asked, int) else _head(asked)[0], names, "column")
 
 
 def _different(found: Sequence[Collection[int]]) -> list[tuple[int, ...]]:

@@ -40,8 +40,7 @@ def fitted(readings, noise=None):
     (unknown,) = fitter.unknowns
     best = fitter.best(np.array([0.4]))
     parts = fitter.parts(fitter.signal(best))
-    fitter.comparisons = [c.with_noise_beside(s, n) for c, s, n in parts]
-    fitter.settled = [None]
+    fitter.compare([c.with_noise_beside(s, n) for c, s, n in parts])
     emulator, slopes = fitter.emulator(best)
     spread = fitter.spread(fitter.signal(emulator.best), slopes)
     (found,), _ = fitter.intervals(emulator, spread)

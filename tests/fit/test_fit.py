@@ -208,7 +208,7 @@ def test_readings_of_a_loop_narrower_than_their_noise_stay_with_its_halves():
     keys = {"noise": 1e-3, "force_noise": 0.1, "baseline": ()}
     measured = Measurement.unchecked(quantity="loop", **keys)
     vars(measured)["_read"] = x, force, ""
-    comparison = Comparison(measured, 0, None)
+    comparison = Comparison(measured, 0)
     around = np.linspace(0.0, 2 * np.pi, 257)
 
     def misfit(width):

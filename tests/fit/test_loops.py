@@ -6,7 +6,7 @@ import yaml
 
 from fretwear.study.case import Case
 from fretwear.units import QuantityError
-from fretwear_fit.loops import histories, loop_history, split_recording
+from fretwear_fit.loops import histories, split_recording
 from fretwear_measured.tables import Layout
 
 from ..studies import base
@@ -18,25 +18,35 @@ def friction_at(cycle):
     return 0.3 + 0.4 * cycle / 20.0
 
 
-def recorded(file):
-    """Twenty cycles of a contact that slides as a whole on a rig, from a part of one before."""
-    turn = np.arange(-0.3, 20.4, 1 / 400)
-    x = AMPLITUDE * np.sin(2 * np.pi * turn)
-    limit = friction_at(np.maximum(np.floor(turn), 0.0)) * LOAD
-    force = np.zeros(turn.size)
-    for n in range(1, turn.size):
+def pushed(x, friction, first=0.0):
+    """Force, N, of a contact that slides as a whole on a rig with a displacement, m."""
+    force = np.full(x.size, first)
+    limit = np.broadcast_to(friction * LOAD, x.size)
+    for n in range(1, x.size):
         trial = force[n - 1] + STIFFNESS * (x[n] - x[n - 1])
         force[n] = np.clip(trial, -limit[n], limit[n])
-    rows = "\n".join(
-        f"{t:.5f},{a * 1e6:.5f},{q:.6f}" for t, a, q in zip(turn, x, force, strict=True)
-    )
-    file.write_text(f"time (s),displacement (um),force (N)\n{rows}\n")
+    return force
+
+
+def written(file, heads, *columns, separator=",", comma=False, before=""):
+    rows = "\n".join(separator.join(f"{v:.5f}" for v in row) for row in zip(*columns, strict=True))
+    rows = rows.replace(".", ",") if comma else rows
+    file.write_text(f"{before}{separator.join(heads)}\n{rows}\n")
+    return file
+
+
+def recorded(file):
+    """Twenty cycles of a contact that slides as a whole, from a part of one before."""
+    turn = np.arange(-0.3, 20.4, 1 / 400)
+    x = AMPLITUDE * np.sin(2 * np.pi * turn)
+    force = pushed(x, friction_at(np.maximum(np.floor(turn), 0.0)))
+    written(file, ("time (s)", "displacement (um)", "force (N)"), turn, 1e6 * x, force)
 
 
 def test_each_cycle_has_its_friction_amplitude_and_energy(tmp_path):
     """E = 4 µP (δ − µP/k), of a parallelogram."""
     recorded(tmp_path / "loops.csv")
-    table = loop_history(tmp_path / "loops.csv", LOAD)
+    table = split_recording(tmp_path / "loops.csv", LOAD).table
     assert len(table) == 20
     expected = friction_at(table["cycle"].to_numpy())
     # A cycle begins in the middle of the rise, so its first readings have the friction before.
@@ -61,19 +71,7 @@ FRICTION = 0.55
 def slid(turn, amplitude=AMPLITUDE, mean=0.0):
     """Displacement, m, and force, N, of a contact in gross slip over the number of turns."""
     x = mean + amplitude * np.sin(2 * np.pi * turn)
-    force = np.zeros(turn.size)
-    force[0] = FRICTION * LOAD * np.sign(np.cos(2 * np.pi * turn[0]))
-    for n in range(1, turn.size):
-        trial = force[n - 1] + STIFFNESS * (x[n] - x[n - 1])
-        force[n] = np.clip(trial, -FRICTION * LOAD, FRICTION * LOAD)
-    return x, force
-
-
-def written(file, heads, *columns, separator=",", comma=False, before=""):
-    rows = "\n".join(separator.join(f"{v:.5f}" for v in row) for row in zip(*columns, strict=True))
-    rows = rows.replace(".", ",") if comma else rows
-    file.write_text(f"{before}{separator.join(heads)}\n{rows}\n")
-    return file
+    return x, pushed(x, FRICTION, FRICTION * LOAD * np.sign(np.cos(2 * np.pi * turn[0])))
 
 
 TURN = np.arange(0.0, 4.0001, 1 / 100)
@@ -97,18 +95,10 @@ def test_no_other_force_or_direction_is_taken_for_friction(tmp_path, heads, colu
     if heads[0] == "s":  # a line of units
         how = how | {"before": "\t".join(heads) + "\n"}
         heads = ("sec", "Newton", "", "N", "mm", "um")
-    table = loop_history(written(tmp_path / "run.txt", heads, *columns, **how), LOAD)
+    table = split_recording(written(tmp_path / "run.txt", heads, *columns, **how), LOAD).table
     assert table["cycle"].tolist() == [0, 1, 2, 3]
     assert table["friction"].to_numpy() == pytest.approx(FRICTION, rel=5e-3)
     assert table["displacement_amplitude"].to_numpy() == pytest.approx(AMPLITUDE, rel=1e-3)
-
-
-def test_an_empty_first_column_keeps_its_place(tmp_path):
-    """As LabVIEW leaves its time out."""
-    rows = "".join(f"\t{x:.4f}\t{f:.4f}\t50\n" for x, f in zip(MICRO, FORCE, strict=True))
-    file = tmp_path / "run.txt"
-    file.write_text(f"X_Value\tdisplacement (um)\tforce (N)\tnormal force (N)\n{rows}")
-    assert loop_history(file, LOAD)["friction"].to_numpy() == pytest.approx(FRICTION, rel=5e-3)
 
 
 @pytest.mark.parametrize(
@@ -126,7 +116,7 @@ def test_what_may_be_several_columns_is_asked(tmp_path, heads, layout, sentence)
     columns = (MICRO, FORCE, FORCE) if layout.get("units") is None else (NORMAL, MICRO, FORCE)
     file = written(tmp_path / "run.csv", heads, *columns)
     with pytest.raises(QuantityError, match=sentence):
-        loop_history(file, LOAD, Layout(**layout))
+        split_recording(file, LOAD, Layout(**layout))
 
 
 def test_small_cycles_count_beside_large_ones_and_on_a_drift(tmp_path):
@@ -136,7 +126,7 @@ def test_small_cycles_count_beside_large_ones_and_on_a_drift(tmp_path):
     x, force = slid(turn, amplitude, mean=75e-6 * turn / 60.0)
     noise = np.random.default_rng(2).normal(0.0, 0.05, turn.size)
     file = written(tmp_path / "run.csv", ("x (um)", "force (N)"), 1e6 * x + noise, force)
-    table = loop_history(file, LOAD)
+    table = split_recording(file, LOAD).table
     assert len(table) == 60
     # The steps of the mean and of the amplitude are within one cycle of ten each.
     measured = table["displacement_amplitude"].to_numpy().reshape(6, 10)[:, 5]
@@ -172,7 +162,7 @@ def test_jumps_of_the_time_number_the_cycles(tmp_path):
 def test_a_column_or_the_names_of_files_number_the_cycles(tmp_path):
     counter = np.floor(TURN) + 3000 + 900 * (TURN >= 2.0)
     heads = ("Cycle", "x (um)", "force (N)")
-    table = loop_history(written(tmp_path / "run.csv", heads, counter, MICRO, FORCE), LOAD)
+    table = split_recording(written(tmp_path / "run.csv", heads, counter, MICRO, FORCE), LOAD).table
     assert table["cycle"].tolist() == [3000, 3001, 3902, 3903]
     for cycle in (20, 5):
         written(tmp_path / f"steel2_{cycle:05d}_50N.csv", heads[1:], MICRO[:101], FORCE[:101])
@@ -193,12 +183,8 @@ def test_a_contact_that_sticks_has_no_friction_and_no_infinite_one(tmp_path):
 @pytest.mark.parametrize("begin", [0.0, 0.15, 0.25, 0.5])
 def test_a_first_cycle_of_an_unloaded_contact_has_no_friction(tmp_path, begin):
     """Its force begins at zero and ends at µP: 2 to 7 % off, where no other is off by 0.2 %."""
-    turn = begin + np.arange(0.0, 5.0001, 1 / 100)
-    x, force = slid(turn)
-    force[0] = 0.0
-    for n in range(1, turn.size):
-        trial = force[n - 1] + STIFFNESS * (x[n] - x[n - 1])
-        force[n] = np.clip(trial, -FRICTION * LOAD, FRICTION * LOAD)
+    x = AMPLITUDE * np.sin(2 * np.pi * (begin + np.arange(0.0, 5.0001, 1 / 100)))
+    force = pushed(x, FRICTION)
     split = split_recording(written(tmp_path / "a.csv", ("x (um)", "q (N)"), 1e6 * x, force), LOAD)
     friction = split.table["friction"].to_numpy()
     assert np.isnan(friction).tolist() == [True, False, False, False, False]
@@ -249,7 +235,7 @@ def test_files_of_labview_are_read_by_their_libraries(tmp_path):
         "***End_of_Header***\t\t\t\nX_Value\tDisplacement\tFriction\tNormal\tComment\n" + rows
     )
     for name in ("run.tdms", "run.lvm"):
-        table = loop_history(tmp_path / name, LOAD)
+        table = split_recording(tmp_path / name, LOAD).table
         assert table["friction"].to_numpy() == pytest.approx(FRICTION, rel=5e-3)
 
 
@@ -266,5 +252,5 @@ def test_a_long_recording_takes_seconds(tmp_path):
         header="Time (s),x (um),force (N)", comments="",
     )  # fmt: skip
     begin = process_time()
-    assert len(loop_history(tmp_path / "run.csv", LOAD)) == 3000
+    assert len(split_recording(tmp_path / "run.csv", LOAD).table) == 3000
     assert process_time() - begin < 3.0

@@ -25,7 +25,7 @@ def fitted(law, runs):
     about = case_keys()["friction"].parameter
     unknowns = [Unknown(name, -2.0, 2.0, about, False) for name in "ab"]
     data = [
-        Comparison(Measurement.unchecked(quantity="wear_volume", value=0.5, error=error), 1, None)
+        Comparison(Measurement.unchecked(quantity="wear_volume", value=0.5, error=error), 1)
         for error in (0.4, 0.1)
     ]
 
