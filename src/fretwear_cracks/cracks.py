@@ -59,8 +59,7 @@ class PointLoops:
             normal *= 1.0 + nu
             normal -= nu * loops.traces
             strain = np.abs(normal, out=normal).max(axis=-1)
-            result: Array = np.maximum(largest, 0.0) * strain / self.youngs_modulus
-            return result
+            return np.asarray(np.maximum(largest, 0.0) * strain / self.youngs_modulus)
 
         return self._worst_plane(on_planes)
 
@@ -79,8 +78,7 @@ class PointLoops:
             square = loops.squared(planes)
             square -= np.multiply(normal, normal, out=normal)
             strain = np.sqrt(np.maximum(square.max(axis=-1), 0.0)) / shear_modulus
-            result: Array = strain * (1.0 + normal_sensitivity * worse)
-            return result
+            return np.asarray(strain * (1.0 + normal_sensitivity * worse))
 
         return self._worst_plane(on_planes)
 
@@ -96,8 +94,7 @@ class PointLoops:
         amplitude = von_mises(np.moveaxis(self.alternating, 1, 0)).max(axis=0) / math.sqrt(3.0)
         traces = abs(self.alternating[:, :3].sum(axis=1)).max(axis=0)
         mean = (self.steady[:3].sum(axis=0) + traces) / 3.0
-        result: Array = amplitude + mean_stress_sensitivity * mean
-        return result
+        return np.asarray(amplitude + mean_stress_sensitivity * mean)
 
     def _worst_plane(self, on_planes: Callable[[_Loops, Array], Array]) -> OverPlanes:
         """Maximize a parameter over the planes of each point.
@@ -167,16 +164,14 @@ class _Loops:
     def largest(self, planes: Array, alternating: Array) -> Array:
         """Largest normal stress on planes, shape (n, planes), given the alternating one."""
         steady = (_weights(planes) @ self.mean)[..., 0]
-        result: Array = steady + np.maximum(alternating.max(axis=-1), -alternating.min(axis=-1))
-        return result
+        return np.asarray(steady + abs(alternating).max(axis=-1))
 
 
 def von_mises(stress: Array) -> Array:
     """The von Mises stress of tensors of shape (6, ...)."""
     xx, yy, zz, xy, xz, yz = stress
     differences = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
-    result: Array = np.sqrt(0.5 * differences + 3.0 * (xy**2 + xz**2 + yz**2))
-    return result
+    return np.asarray(np.sqrt(0.5 * differences + 3.0 * (xy**2 + xz**2 + yz**2)))
 
 
 def _weights(planes: Array) -> Array:

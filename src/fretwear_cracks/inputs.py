@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -196,8 +195,7 @@ def read_points(points: ArrayLike) -> Array:
 
 def read_depths(depths: Iterable[float | str]) -> Array:
     """Increasing depths, m."""
-    quantity = replace(KEYS["depth"], like="20 um")
-    values = np.array([read_quantity("depth", depth, quantity) for depth in depths])
+    values = np.array([read_quantity("depth", depth, KEYS["depth"]) for depth in depths])
     if not values.size or not (np.diff(values, prepend=0.0) > 0.0).all():
         raise StressError("depths must increase from one to the next, the first above 0")
     return values

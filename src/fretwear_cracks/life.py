@@ -49,8 +49,7 @@ class StrainLife:
             pairs = zip(sizes, terms, strict=True)
             lives = lives - (total - sought) / sum(t[1] * np.exp(of - total) for of, t in pairs)
         with np.errstate(over="ignore"):
-            result: Array = np.where(parameter > 0.0, 0.5 * np.exp(lives), np.inf)
-        return result
+            return np.asarray(np.where(parameter > 0.0, 0.5 * np.exp(lives), np.inf))
 
 
 class Damage(NamedTuple):
@@ -88,7 +87,8 @@ def summed_damage(
                 (1.0 - part) * field[now] + part * field[now + 1] for field in (worn, parameters)
             )
             below = points - surface[:, None]
-            rate = 1.0 / life.cycles(_at_depths(parameter, depths, below), youngs_modulus)
+            there = [np.interp(z, depths, p) for z, p in zip(below, parameter, strict=True)]
+            rate = 1.0 / life.cycles(np.array(there), youngs_modulus)
             added = np.where(below > 0.0, rate * of_step, 0.0)
             cracks = (damage < 1.0) & (damage + added >= 1.0)
             began = cycles[now] + (part - 0.5 / _STEPS) * (cycles[now + 1] - cycles[now])
@@ -96,13 +96,3 @@ def summed_damage(
             damage += added
         sums[now + 1] = damage
     return Damage(sums, removed, first_crack)
-
-
-def _at_depths(values: Array, depths: Array, below: Array) -> Array:
-    """Values at depths (nx, nz), interpolated between known ones, the same for all columns."""
-    upper = np.clip(np.searchsorted(depths, below), 1, depths.size - 1)
-    low, high = depths[upper - 1], depths[upper]
-    share = np.clip((below - low) / (high - low), 0.0, 1.0)
-    at_low, at_high = (np.take_along_axis(values, rows, axis=1) for rows in (upper - 1, upper))
-    result: Array = (1.0 - share) * at_low + share * at_high
-    return result

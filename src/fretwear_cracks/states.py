@@ -160,12 +160,6 @@ class StressHistory:
             across,
         )
 
-    @property
-    def force_ratio(self) -> Array:
-        """Tangential force at each phase over its amplitude, shape (phases,)."""
-        falling = 1.0 - 4.0 * np.arange(self.phases // 2) / self.phases
-        return np.concatenate([falling, -falling])
-
     def section(self, depth: float) -> tuple[Array, Array]:
         """Stresses at one depth, m, on the plane y = 0: steady (6, nx), alternating (h, 6, nx), Pa.
 
@@ -209,7 +203,7 @@ class StressHistory:
 
     def _with_bulk(self, parts: tuple[Array, Array]) -> tuple[Array, Array]:
         steady, alternating = parts[0][0], parts[1]
-        ratio = self.force_ratio[: len(alternating)]
+        ratio = 1.0 - 4.0 * np.arange(len(alternating)) / self.phases
         bulk = self.bulk_stress * ratio.reshape(-1, *[1] * (alternating.ndim - 2))
         across = self.surface.poisson_ratio if self.surface.plane_strain else 0.0
         for component, share in ((0, 1.0), (1, across)):

@@ -121,7 +121,8 @@ def stress(
         z = usual_depths(snapshot, USUAL_COUNT) if depths is None else read_depths(depths)
         x, y, dims = history.tractions.x, np.zeros(1), _AXES
         along = [(name,) for name in dims]
-        parts = _on_plane(history, z)
+        steady, alternating = zip(*map(history.section, z), strict=True)
+        parts = np.stack(steady, -1)[:, :, None], np.stack(alternating, -1)[..., None, :]
     tensors = np.moveaxis(over_the_loop(*parts), 1, 0)
     values = (*tensors, von_mises(tensors))
     variables: dict[str, object] = {
@@ -201,12 +202,6 @@ def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
         yield about.words, text
 
 
-def _on_plane(history: StressHistory, depths: Array) -> tuple[Array, Array]:
-    """Both parts of the stresses on the plane y = 0, shapes (…, 6, nx, 1, nz)."""
-    steady, alternating = zip(*(history.section(depth) for depth in depths), strict=True)
-    return np.stack(steady, axis=-1)[:, :, None], np.stack(alternating, axis=-1)[:, :, :, None]
-
-
 def _cracks(
     parts: tuple[Array, Array],
     dims: tuple[str, ...],
@@ -270,8 +265,7 @@ def _ruiz(history: StressHistory, slip: Array) -> Array:
     middle = 0 if surface.even[1] or surface.plane_strain else work.shape[1] // 2
     row = work[:, max(middle - 1, 0) : middle + 1].mean(axis=1)
     both = np.concatenate([row[::-1], row]) if surface.even[0] else row
-    result: Array = tension * both
-    return result
+    return np.asarray(tension * both)
 
 
 def warnings_of_depth(parameter: Array, depths: Array) -> Iterable[str]:

@@ -284,19 +284,13 @@ def _without(form: str, x: Array, y: Array, values: Array, measured: Mask) -> Ar
     fits = [(terms, fitted(terms, z, measured)) for terms in kinds[form]]
     if form == "sphere":  # z = q + s z² on a sphere with the centre at z = 1/2s
         factors = fits[0][1]
-        q = _total(factors, (*plane, x * x + y * y))
+        q = sum(map(np.multiply, factors, (*plane, x * x + y * y)))
         root = 1.0 - 4.0 * factors[-1] * q
         remedy = "choose form: paraboloid or plane"
         ensure((root > 0.0).all(), "is not a part of a sphere", remedy)
-        result: Array = z - 2.0 * q / (1.0 + np.sqrt(root))
-        return result
-    lefts = [z - _total(factors, terms) for terms, factors in fits]
-    return min(lefts, key=lambda left: float(np.nanvar(left)))
-
-
-def _total(factors: Array, terms: Sequence[Array]) -> Array:
-    total: Array = sum(map(np.multiply, factors, terms), np.zeros(()))
-    return total
+        return np.asarray(z - 2.0 * q / (1.0 + np.sqrt(root)))
+    lefts = [z - sum(map(np.multiply, factors, terms)) for terms, factors in fits]
+    return min(lefts, key=np.nanvar)
 
 
 def fitted(terms: Sequence[Array], heights: Array, measured: Mask) -> Array:
@@ -305,8 +299,7 @@ def fitted(terms: Sequence[Array], heights: Array, measured: Mask) -> Array:
     sizes = np.linalg.norm(rows, axis=1)
     rows /= sizes[:, None]
     solution, *_ = np.linalg.lstsq(rows @ rows.T, rows @ heights[measured], rcond=None)
-    result: Array = solution / sizes
-    return result
+    return np.asarray(solution / sizes)
 
 
 def find_spikes(values: Array, measured: Mask) -> Mask:
@@ -317,8 +310,7 @@ def find_spikes(values: Array, measured: Mask) -> Mask:
     # Of a normal distribution, so that spikes do not count.
     rms = 1.4826 * float(np.median(np.abs(heights[measured])))
     away = np.abs(heights - median_filter(heights, 3, mode="nearest"))
-    spikes: Mask = measured & (away > _SPIKE * rms) & (rms > 0.0)
-    return spikes
+    return np.asarray(measured & (away > _SPIKE * rms) & (rms > 0.0))
 
 
 @lru_cache(8)

@@ -123,8 +123,8 @@ class ProfileIndenter(FromFile, RoundIndenter):
         """Height above the tip, m; beyond the last point it continues with the slope there."""
         curve, *_ = _curves(self.file)
         radius, end = np.hypot(x, y), self.reach
-        result: Array = curve(np.minimum(radius, end))
-        return result + float(curve(end, 1)) * np.maximum(radius - end, 0.0)
+        outside = float(curve(end, 1)) * np.maximum(radius - end, 0.0)
+        return np.asarray(curve(np.minimum(radius, end)) + outside)
 
     @property
     def curvature_radius(self) -> float:
@@ -152,8 +152,7 @@ class ProfileIndenter(FromFile, RoundIndenter):
 
     def slope(self, radii: Array) -> Array:
         """g′."""
-        result: Array = _curves(self.file)[1](radii, 1)
-        return result
+        return np.asarray(_curves(self.file)[1](radii, 1))
 
     def integral(self, radius: float) -> float:
         """∫₀^a g dt, m²."""

@@ -21,6 +21,7 @@ from fretwear.units import cycle_text, number_text
 from fretwear.variable import ContactState
 from fretwear_source_study.parameters import TITLES
 from fretwear_source_study.reference_cases import (
+    MODELS,
     RUN_IN,
     Cases,
     StudyCase,
@@ -29,8 +30,8 @@ from fretwear_source_study.reference_cases import (
     deviation_from_hertz,
     differences,
     growth,
-    largest_on_rings,
     late_growth,
+    place_on_rings,
     reference_cases,
     unevenness,
     zone_means,
@@ -52,11 +53,6 @@ _STILL_WEARING = 0.01
 _ON_TIPS = 0.9
 _WORN_OFF = 0.1
 _EARLY, _MUCH = 100.0, 1.5
-_MODELS = {
-    "cattaneo_mindlin": "as the study describes it",
-    "jaeger": "slip of the worn shape, alike in all directions",
-    "cerruti": "slip of the worn shape, along x",
-}
 
 
 class Verdict(Enum):
@@ -173,19 +169,18 @@ def _rough_becomes_smooth(smooth: StudyCase, rough: StudyCase) -> Finding:
 
 
 def _stick_zone(case: StudyCase) -> Finding:
+    area = case.dataset["stick_area"].values
     if math.isinf(case.parameter("plastic_limit")):
         sticks, slips = (
             np.any([case.field("contact_state", n) == state for n in case.cycles], axis=0)
             for state in (ContactState.STICK, ContactState.SLIP)
         )
         changed = int((sticks & slips).sum())
-        area = case.dataset["stick_area"].values
         numbers = {
             "cells that go from stick to slip or back": str(changed),
             "stick area left": percent(area[-1] / area[0]),
         }
         return Finding.graded(not changed, False, numbers)
-    area = case.dataset["stick_area"].values
     zones = {cycle: case.zones(cycle) for cycle in case.cycles}
     outer = {c: z.stick & (case.radius >= _OUTER_PART * z.stick_radius) for c, z in zones.items()}
     yields = [c for c, edge in outer.items() if (case.field("plastic_depth", c)[edge] > 0.0).any()]
@@ -205,8 +200,8 @@ def _stick_zone(case: StudyCase) -> Finding:
 
 
 def _wears_most_in_the_middle(case: StudyCase) -> Finding:
-    first = largest_on_rings(case, "wear_rate", 0)[0]
-    places = {c: largest_on_rings(case, "wear_depth", c)[0] for c in case.cycles[1:]}
+    first = place_on_rings(case, "wear_rate", 0)
+    places = {c: place_on_rings(case, "wear_depth", c) for c in case.cycles[1:]}
     start, end = _MIDDLE_THIRD
     middle = [cycle_text(cycle) for cycle, place in places.items() if start <= place <= end]
     numbers = {
@@ -378,7 +373,7 @@ def source_sections(summary: xr.Dataset, folder: Path) -> Iterator[Section]:
     of the source study has none.
     """
     judged = {
-        f"R = {value_text('radius', radius)}, {_MODELS.get(model, model)}": [
+        f"R = {value_text('radius', radius)}, {MODELS.get(model, model)}": [
             claim.judge(cases) for claim in CLAIMS
         ]
         for model, radius, cases in reference_cases(summary, folder)

@@ -32,10 +32,10 @@ def title_of(values: Mapping[str, object]) -> str:
 
     def near(expected: Mapping[str, float]) -> bool:
         # Text never matches.
-        numbers = ((values.get(name), number) for name, number in expected.items())
         return all(
-            isinstance(value, float | int) and math.isclose(value, number, rel_tol=1e-6)
-            for value, number in numbers
+            isinstance(value := values.get(name), float | int)
+            and math.isclose(value, number, rel_tol=1e-6)
+            for name, number in expected.items()
         )
 
     surfaces = {"smooth": {"roughness_amplitude": 0.0}, "rough": ROUGH}

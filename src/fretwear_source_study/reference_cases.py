@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Mask
 from fretwear.data.effects import point_values
@@ -27,15 +26,18 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-Selection = tuple[NDArray[np.bool_], ...]
-
 RUN_IN = 7000
 """Cycles after which, according to the study, rough and smooth contacts are alike."""
 
 _RADIUS = 0.01
 _FEWEST_CELLS = 12  # in contact on an asperity
 _MOST_NEWTONS = 10.0  # a load above any that a tip carries
-_MODELS = ("cerruti", "jaeger", "cattaneo_mindlin")  # the best first
+MODELS = {
+    "cerruti": "slip of the worn shape, along x",
+    "jaeger": "slip of the worn shape, alike in all directions",
+    "cattaneo_mindlin": "as the study describes it",
+}
+"""Slip models in words, the best first."""
 
 
 @dataclass(frozen=True)
@@ -180,8 +182,7 @@ def reference_cases(summary: xr.Dataset, folder: Path) -> Iterator[tuple[str, fl
             files_of.setdefault(group, {})[title] = folder / f"{points['case_id'][index]}.nc"
 
     def rank(group: tuple[str, float]) -> tuple[int, float]:
-        model = _MODELS.index(group[0]) if group[0] in _MODELS else len(_MODELS)
-        return model, abs(math.log(group[1] / _RADIUS))
+        return [*MODELS, group[0]].index(group[0]), abs(math.log(group[1] / _RADIUS))
 
     for group in sorted(files_of, key=rank):
         if len(files_of[group]) < len(TITLES):
@@ -231,15 +232,11 @@ def differences(
     return float(apart.mean()), float(reference.mean()), float(reference.max())
 
 
-def largest_on_rings(case: StudyCase, name: str, cycle: int) -> tuple[float, float]:
-    """Position in the slip zone where a field, averaged over rings, is largest, and its value.
-
-    The place is 0 at the edge of stick and 1 at the outer rim, the value in the field's unit.
-    """
+def place_on_rings(case: StudyCase, name: str, cycle: int) -> float:
+    """Place in the slip zone, 0 to 1, where a field, averaged over rings, is largest."""
     zones = case.zones(cycle)
     radius, mean, _ = case.rings(case.field(name, cycle), case.radius <= zones.contact_radius)
-    largest = int(mean.argmax())
-    return float(zones.place(radius[largest])), float(mean[largest])
+    return float(zones.place(radius[mean.argmax()]))
 
 
 def unevenness(case: StudyCase, cycle: int, start: float = 0.0, end: float = 1.0) -> float:
@@ -270,7 +267,7 @@ def amplitude_left(case: StudyCase, cycle: int, zone: Mask) -> float:
     return float((left * pattern).sum() / (pattern**2).sum()) / amplitude
 
 
-def asperities(case: StudyCase) -> Iterator[tuple[Selection, Array]]:
+def asperities(case: StudyCase) -> Iterator[tuple[tuple[Mask, ...], Array]]:
     """Yield the cells of each asperity of a rough case, and their distance from its tip.
 
     An asperity is half a wave by half a wave around a tip, with enough cells in contact in cycle 0

@@ -121,7 +121,6 @@ def test_a_bulk_stress_adds_to_the_stress_along_x_in_phase_with_the_force():
     ratio = [1, 0.5, 0, -0.5, -1, -0.5, 0, 0.5]
     np.testing.assert_allclose(added[:, 0, 0], 80e6 * np.array(ratio), atol=1.0)
     assert not added[:, 1:].any()
-    np.testing.assert_allclose(pulled.force_ratio, ratio)
 
 
 # x, y, z in a | σ_xx at +Q and −Q, SWT, √J2,a, P_H,max, Crossland with α 0.2, MPa | Fatemi–Socie

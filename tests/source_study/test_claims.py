@@ -11,8 +11,8 @@ from fretwear_source_study.parameters import TITLES
 from fretwear_source_study.reference_cases import (
     amplitude_left,
     growth,
-    largest_on_rings,
     late_growth,
+    place_on_rings,
     reference_cases,
     unevenness,
     zone_means,
@@ -46,7 +46,7 @@ def test_what_holds_in_a_real_run(cases):
     for case in cases.values():
         assert unevenness(case, 2000) < unevenness(case, 0)
     case = cases["smooth elastic"]
-    last, first = (largest_on_rings(case, "wear_depth", cycle)[0] for cycle in (case.last, 1))
+    last, first = (place_on_rings(case, "wear_depth", cycle) for cycle in (case.last, 1))
     assert last < first, "the deepest wear wanders inward"
     assert common_verdict(judged(9, cases)) is HOLDS
     disc = case.zones(0).stick
@@ -125,7 +125,7 @@ def test_most_wear_is_found_where_it_is_at_first_and_at_the_end(cases, place, la
 
     case = doctored(smooth, wear_rate=scar(place), wear_depth=scar(last))
     # Rings are two cells of 4 µm wide, the slip zone some 60 µm.
-    found, _ = largest_on_rings(case, "wear_rate", 0)
+    found = place_on_rings(case, "wear_rate", 0)
     assert found == pytest.approx(place, abs=0.1)
     assert verdict(5, case) is expected
 
@@ -137,7 +137,7 @@ def test_an_unworn_contact_does_not_wear_most_in_the_middle_of_its_slip_zone(cas
     gap = (r**2 - 2 * stick**2) * np.arccos(stick / r) + stick * np.sqrt(r**2 - stick**2)
     place = (r[np.argmax(np.sqrt(1 - r**2) * gap)] - stick) / (1 - stick)
     assert place == pytest.approx(0.7615, abs=1e-4)
-    found, _ = largest_on_rings(cases["smooth elastic"], "wear_rate", 0)
+    found = place_on_rings(cases["smooth elastic"], "wear_rate", 0)
     assert found == pytest.approx(place, abs=0.1)
     assert common_verdict(judged(5, cases)) is not HOLDS
 
@@ -226,9 +226,8 @@ def test_roughness_is_neglected_where_nothing_differs(cases, factor, expected):
     assert verdict(12, smooth, only) is (FAILS if expected is FAILS else IN_PART)
 
 
-def test_the_best_slip_model_comes_first_and_shrinks_an_elastic_stick_zone(merged):
+def test_slip_along_x_shrinks_an_elastic_stick_zone_and_slip_alike_does_not(merged):
     groups = {model: cases for model, _, cases in reference_cases(merged.summary, merged.folder)}
-    assert [*groups] == ["cerruti", "jaeger", "cattaneo_mindlin"]
     held, shrunk = (judged(4, groups[model])["smooth elastic"] for model in ("jaeger", "cerruti"))
     assert (held.answer, shrunk.answer) == (HOLDS, FAILS)
     assert held.numbers["stick area left"] == "100 %"
