@@ -33,13 +33,18 @@ def cylinder(cells, radius=1.0):
     return radius**2 * np.diff(integral)[:, None] * cells
 
 
+def edge_of(pressure, shears, friction, cells, across=None):
+    spacing = (1 / cells, across or 1 / cells)
+    return stresses_at_edge(
+        pressure, np.stack(shears), friction, spacing, NU, plane_strain=across is not None
+    )
+
+
 @pytest.mark.parametrize("cells", [16, 32.3, 64])
 def test_the_trailing_edge_of_a_sliding_sphere(cells):
     """(1 − 2ν)/3 + (4 + ν)πµ/8 in p0: Hamilton and Goodman, J. Appl. Mech. 33 (1966)."""
     pressure, friction = sphere(cells), 0.4
-    edge = stresses_at_edge(
-        pressure, friction * pressure[None], friction, (1 / cells,) * 2, NU, plane_strain=False
-    )
+    edge = edge_of(pressure, [friction * pressure], friction, cells)
     assert edge.x == pytest.approx(-1, abs=1e-3 / cells * 5)
     assert edge.of_pressure[[XX, YY]] == pytest.approx([0.4 / 3, -0.4 / 3], abs=1.5e-3)
     assert edge.of_shears[0, XX] == near(friction * TRAILING, rel=3e-3)
@@ -50,14 +55,7 @@ def test_the_trailing_edge_of_a_sphere_in_partial_slip():
     """Nothing in p* is singular at the edge: its part is a smooth integral over the stick disc."""
     cells, friction, stick = 48, 0.5, 0.6
     shear = friction * (sphere(cells) - sphere(cells, stick))
-    edge = stresses_at_edge(
-        sphere(cells),
-        np.stack([shear, -shear]),
-        friction,
-        (1 / cells,) * 2,
-        NU,
-        plane_strain=False,
-    )
+    edge = edge_of(sphere(cells), [shear, -shear], friction, cells)
     angles = 2 * math.pi * (np.arange(400) + 0.5) / 400
     nodes, weights = np.polynomial.legendre.leggauss(100)
     # The root in p* vanishes in the angle whose sine is r/c.
@@ -80,14 +78,8 @@ def test_the_trailing_edge_of_a_cylinder_in_partial_slip(stick):
     cells, friction = 64, 0.5
     pressure = cylinder(cells)
     stuck = cylinder(cells, stick) if stick else 0 * pressure
-    edge = stresses_at_edge(
-        pressure,
-        friction * np.stack([pressure - stuck, stuck - pressure, 0 * pressure]),
-        friction,
-        (1 / cells, 1.0),
-        NU,
-        plane_strain=True,
-    )
+    shear = friction * (pressure - stuck)
+    edge = edge_of(pressure, [shear, -shear, 0 * shear], friction, cells, across=1.0)
     tension = 2 * friction * math.sqrt(1 - stick**2)
     assert edge.of_pressure[:3] == pytest.approx(np.zeros(3), abs=1e-3)
     assert edge.of_shears[:2, XX] == near([tension, -tension], rel=1e-3)

@@ -18,17 +18,19 @@ CONSTANTS = {"basquin": ("1000 MPa", -0.1), "manson_coffin": (0.5, -0.6)}
 CELL = "12 um"
 
 
+def simulated(**changes):
+    return fretwear.simulate(steel(cell=CELL, error_estimate=False, **changes), quarter=True)
+
+
 @pytest.fixture(scope="module")
 def partial():
-    case = steel(cycles=10_000, cell=CELL, error_estimate=False, output_cycles=(300, 3000))
-    return fretwear.simulate(case, quarter=True)
+    return simulated(cycles=10_000, output_cycles=(300, 3000))
 
 
 @pytest.fixture(scope="module")
 def gross():
     sliding = {"tangential_ratio": None, "displacement_amplitude": "3 um"}
-    case = steel(cycles=10_000, cell=CELL, error_estimate=False, output_cycles=(300,), **sliding)
-    return fretwear.simulate(case, quarter=True)
+    return simulated(cycles=10_000, output_cycles=(300,), **sliding)
 
 
 def outcome(found):
@@ -68,9 +70,7 @@ def test_values_are_those_of_the_stresses_of_each_snapshot(partial):
 
 
 def test_the_bulk_stress_of_a_case_is_that_of_its_stresses():
-    case = steel(cycles=1, cell=CELL, error_estimate=False)
-    plain = fretwear.simulate(case, quarter=True)
-    pulled = fretwear.simulate(case.replace(bulk_stress="80 MPa"), quarter=True)
+    plain, pulled = (simulated(cycles=1, bulk_stress=stress) for stress in (0.0, "80 MPa"))
     assert float(pulled.bulk_stress) == 80e6
     assert pulled.case_id != plain.case_id
     point = {"points": [(0, 0, 5e-5)], "phases": 2}
@@ -133,9 +133,8 @@ def test_a_parameter_that_is_largest_at_the_shallowest_depth_is_said_to_depend_o
 
 def test_without_wear_a_case_keeps_its_stresses_and_sums_damage_evenly():
     """Damage is cycles over life, on the fields that a wearing case has at cycle 0."""
-    changes = {"cycles": 2000, "cell": CELL, "output_cycles": (1000,), "error_estimate": False}
-    kept = fretwear.simulate(steel(wear_coefficient=0, **changes), quarter=True)
-    worn = fretwear.simulate(steel(**changes), quarter=True)
+    changes = {"cycles": 2000, "output_cycles": (1000,)}
+    kept, worn = simulated(wear_coefficient=0, **changes), simulated(**changes)
     assert kept.wear_volume.values.tolist() == [0.0] * 3
     assert not kept.wear_depth.any()
     for cycle in range(3):

@@ -48,6 +48,7 @@ def test_readings_are_in_si_units_and_heights_count_upwards(tmp_path):
 
 
 EIGHTH = np.arange(X.size) == 7
+VOLUME = {"quantity": "wear_volume", "file": None}
 DOUBLED, BACKWARDS = np.where(EIGHTH, X[6], X), np.where(EIGHTH, X[5], X)
 
 
@@ -75,15 +76,9 @@ def test_readings_that_cannot_be_used_are_refused_with_the_reason(tmp_path, scar
         ({"file": "none.csv"}, ["none.csv: No such file or directory"]),
         ({"cycle": 2000}, ["fit.data[0].cycle = 2000", "beyond the 1000 cycles"]),
         ({"colums": [0, 1]}, ["fit.data[0].colums", "is not known"]),
-        ({"quantity": "wear_volume", "file": None}, [".value", ".error", "is missing"]),
-        (
-            {"quantity": "wear_volume", "file": None, "value": "1e-3 mm^2", "error": "5 %"},
-            ["a point contact", "m3"],
-        ),
-        (
-            {"quantity": "wear_volume", "file": None, "value": 1e-3, "error": "5 %"},
-            ["needs a unit"],
-        ),
+        (VOLUME, [".value", ".error", "is missing"]),
+        (VOLUME | {"value": "1e-3 mm^2", "error": "5 %"}, ["a point contact", "m3"]),
+        (VOLUME | {"value": 1e-3, "error": "5 %"}, ["needs a unit"]),
         ({"free": {"wear_coeficient": [1, 2]}}, ["did you mean 'wear_coefficient'"]),
         ({"free": {"friction": [0.9, 0.2]}}, ["a lower end below its upper end"]),
     ],

@@ -116,6 +116,9 @@ def test_a_tilted_map_has_no_axes(tmp_path):
 
 NUMBERED = np.vstack([np.arange(26), np.column_stack([np.arange(19) + 1, HEIGHTS.T])])
 MICRO = {"unit": "um"}
+GRIDDED, NAMELESS = columns(on_grid()), columns(on_grid(), "x;y;z")
+COMMAS = columns([(x + 1, y + 1, 0.002) for x, y, _ in on_grid()])
+COMMAS = re.sub(r"[.](\d{3})\d*", r",\1", COMMAS)
 
 
 @pytest.mark.parametrize(
@@ -124,38 +127,20 @@ MICRO = {"unit": "um"}
         (matrix(np.column_stack([Y, HEIGHTS.T])), {**MICRO, "size": "1 mm, 1 mm"}, "first column"),
         (matrix(NUMBERED), MICRO, "count its points; add size"),
         (matrix(HEIGHTS.T), {}, "does not say the lengths of its sides; add size"),
-        (columns(on_grid()), MICRO, r"says x \(um\), y \(um\) and z \(nm\), which unit: um"),
-        (columns(on_grid()), {"size": "1 mm, 1 mm"}, "has sides of 150 um x 95 um, which size"),
-        (columns(on_grid(), "x;y;z"), {}, r"add unit: um, or unit: \[mm, mm, um\] for x, y and z"),
-        (columns(on_grid(), "x;y;z"), {"unit": "ell"}, "unknown unit 'ell'"),
-        (columns(on_grid(), "x;y;z"), {"unit": "um, nm"}, "one unit or three"),
+        (matrix(HEIGHTS.T), {"file_format": "x4p"}, "no reader for format: x4p; formats are al3d"),
+        (GRIDDED, MICRO, r"says x \(um\), y \(um\) and z \(nm\), which unit: um"),
+        (GRIDDED, {"size": "1 mm, 1 mm"}, "has sides of 150 um x 95 um, which size"),
+        (GRIDDED + "1;2;deep", {}, "'deep' in line 477, .*; save it .* nan for missing heights"),
+        (GRIDDED + "3;4", {}, "has 2 numbers in a line, but 3 in others"),
+        (NAMELESS, {}, r"add unit: um, or unit: \[mm, mm, um\] for x, y and z"),
+        (NAMELESS, {"unit": "ell"}, "unknown unit 'ell'"),
+        (NAMELESS, {"unit": "um, nm"}, "one unit or three"),
         (columns(on_grid(), "x (nm);y (nm);z (mm)"), {}, "differ by more than 10 times its longer"),
-        (
-            columns(on_grid(), "x (m);y (m);z (um)"),
-            {},
-            "has sides of 150 m x 95 m; check its units",
-        ),
+        (columns(on_grid(), "x (m);y (m);z (um)"), {}, "sides of 150 m x 95 m; check its units"),
+        (columns(on_grid(), "x (um);q (N);z (um)"), {}, "x, q and z, not y; save it .* columns x"),
         (columns(on_grid() * 2), {}, "several heights at one place"),
         (columns([(x, 0.0, 1.0) for x in X]), {}, "points lie on one line"),
-        (
-            columns(on_grid(), "x (um);force (N);z (um)"),
-            {},
-            "has the columns x, force and z, not y; save it .* with the columns x",
-        ),
-        (
-            columns(on_grid()) + "1;2;deep",
-            {},
-            "'deep' in line 477, .*; save it .* nan for missing heights",
-        ),
-        (
-            re.sub(
-                r"[.](\d{3})\d*", r",\1", columns([(x + 1, y + 1, 0.002) for x, y, _ in on_grid()])
-            ),
-            {},
-            "which may be .*; save it .* decimal points",
-        ),
-        (columns(on_grid()) + "3;4", {}, "has 2 numbers in a line, but 3 in others"),
-        (matrix(HEIGHTS.T), {"file_format": "x4p"}, "no reader for format: x4p; formats are al3d"),
+        (COMMAS, {}, "which may be .*; save it .* decimal points"),
     ],
 )
 def test_what_cannot_be_known_is_said(tmp_path, text, keys, sentence):
@@ -305,9 +290,7 @@ def test_a_profile_as_x3p_is_a_line_scan(tmp_path):
 def test_exports_of_interferometers_and_german_programs_are_read(tmp_path):
     pytest.importorskip("SurfaceTopography")
     quoted = "\n".join(",".join(f'"{z:.6f}"' for z in line) for line in HEIGHTS.T)
-    keyence = (
-        '"Modell","VK"\n"XY-Justierung","6000","nm"\n"Horizont.","25"\n"Einheit","um"\n\n"Höhe"\n'
-    )
+    keyence = '"Modell","VK"\n"XY-Justierung","6000","nm"\n"Einheit","um"\n\n"Höhe"\n'
     zygo = 'Zygo XYZ Data File - Format 1\n0 3 0 0 "x"\n0 0 25 19 1 255\n4 2 25 19\n\n\n\n'
     zygo += "0 0.5 6.3e-07 0.5 1 0 6e-06 17\n3 2 0\n0 0 1\n0 1\n0\n1 5 0\n#\n"
     pixels = [

@@ -10,6 +10,7 @@ from fretwear_measured.tables import Layout, Sought, open_table
 
 X, DEPTH = [-0.5e-3, 0.0, 1.25e-3], [1e-9, -2.5e-7, 3e-7]
 WANTED = ("x", "position"), ("depth", "wear")
+UNITS, SECOND = {"units": ("mm", "um")}, {"columns": (1, "tiefe")}
 
 
 def columns(path, **layout):
@@ -28,23 +29,11 @@ def columns(path, **layout):
         ("Position X (mm)\tWear depth (µm)\n-0.5\t0.001\n0\t-.25\n1.25\t3e-1\n", "utf-16", {}),
         ("x/mm   depth/um\n  -0,5   0,001\n  0   -0,25\n 1,25  0,3\n", "cp1252", {}),
         ("x_mm;depth_um\n-0.5;0.001;\n0;-0.25;\n1.25;0.3;\n", "utf-8", {}),
-        (
-            "Maker 12\nDay;3.4.20\n\nx;depth\n(mm);(um)\n-0.5;.001\n0;-.25\n1.25;.3\n",
-            "utf-8",
-            {},
-        ),
+        ("Maker 12\nDay;3.4.20\n\nx;depth\n(mm);(um)\n-0.5;.001\n0;-.25\n1.25;.3\n", "utf-8", {}),
         (',time (s),"x (mm)","depth (um)"\n0,9,-0.5,1e-3\n1,9,0,-.25\n2,9,1.25,.3\n', "utf-8", {}),
         ('"x (mm)","depth (um)"\n"-0,5","0,001"\n"0","-0,25"\n"1,25","0,3"\n', "utf-8", {}),
-        (
-            "# Made by a maker\n# x (mm), depth\n-0.5 0.001\n0 -0.25\n1.25 0.3\n",
-            "utf-8",
-            {"units": ("mm", "um")},
-        ),
-        (
-            "Nr;Weg;Tiefe\n1;-0,5;0,001\n2;0;-0,25\n3;1,25;0,3\n",
-            "utf-8",
-            {"columns": (1, "tiefe"), "units": ("mm", "um")},
-        ),
+        ("# By a maker\n# x (mm), depth\n-0.5 0.001\n0 -0.25\n1.25 0.3\n", "utf-8", UNITS),
+        ("Nr;Weg;Tiefe\n1;-0,5;0,001\n2;0;-0,25\n3;1,25;0,3\n", "utf-8", UNITS | SECOND),
         ("1 2\n3 4\nx mm;depth um\n-0,5;0,001\n0;-0,25\n1,25;0,3\n", "utf-8", {"skip": 2}),
     ],
 )
