@@ -37,7 +37,7 @@ _CROSSLAND = Quantity("1", "", "")
 # how many there are. Edges of a punch are narrower than its contact: there the first is in cells.
 _FIRST, _LAST, USUAL_COUNT = 0.05, 2.0, 16
 _FIRST_CELLS = 2.0
-_FIELDS = ("pressure", "shear_traction", "gap", "slip")
+_FIELDS, _ACROSS = ("pressure", "shear_traction", "gap", "slip"), "shear_traction_y"
 
 
 def loaded_case(ds: xr.Dataset) -> Case:
@@ -78,49 +78,44 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
     }
     for reason in (reason for reason, holds in refused.items() if holds):
         raise StressError(f"{reason}: its stresses are not computed")
-    across = [name for name in ("shear_traction_y",) if name in snapshot]
-    friction = [name for name in (FRICTION_FIELD.name,) if name in snapshot]
-    names = (*_FIELDS, *across, *friction)
-    fields = [np.asarray(snapshot[name].values, np.float64) for name in names]
-    signs = [-1.0 if name in across else 1.0 for name in names]
-    even = list(SYMMETRIES[snapshot.attrs["symmetry"]])
-    axes = case.frame.axes
-    if Y.name not in axes:
-        fields, even[1] = [field[:, None] for field in fields], False
-    if not fields[1].any():
+    names = [n for n in (*_FIELDS, _ACROSS, FRICTION_FIELD.name) if n in snapshot]
+    fields = {name: np.asarray(snapshot[name].values, np.float64) for name in names}
+    if not fields["shear_traction"].any():
         raise StressError("there is no shear traction in this snapshot, so no loop of stresses")
+    even, axes = list(SYMMETRIES[snapshot.attrs["symmetry"]]), case.frame.axes
+    if Y.name not in axes:
+        fields, even[1] = {name: field[:, None] for name, field in fields.items()}, False
     for axis in range(len(axes)):
         if not even[axis] and all(
-            np.array_equal(f, sign * np.flip(f, axis))
-            for f, sign in zip(fields, signs, strict=True)
+            np.array_equal(field, np.flip(-field if name == _ACROSS else field, axis))
+            for name, field in fields.items()
         ):
-            fields = [np.split(field, 2, axis)[1] for field in fields]
+            fields = {name: np.split(field, 2, axis)[1] for name, field in fields.items()}
             even[axis] = True
     steps = [float(np.diff(snapshot[name].values).mean()) for name in axes]
-    hertz = setup.hertz
+    hertz, friction = setup.hertz, setup.friction_law.coefficient
     flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
-    pressure, shear, gap, slip, *others = fields
     # The case has lost its roughness.
     given = json.loads(snapshot.attrs["parameters"])
     rough = any(given.get(name) is not None for name in ("roughness", "counterface"))
     surface = LoadedSurface(
-        pressure,
-        shear,
-        gap,
+        fields["pressure"],
+        fields["shear_traction"],
+        fields["gap"],
         spacing=(steps[0], steps[-1]),
         even=(even[0], even[1]),
-        friction=setup.friction_law.coefficient,
+        friction=friction,
         composite_modulus=setup.composite_modulus,
         poisson_ratio=float(flat),
         reference=hertz.reference if isinstance(hertz, LineContact) else None,
-        across=others[0] if across else None,
+        across=fields.get(_ACROSS),
         coupling=setup.bodies.coupling,
         is_directed=isinstance(setup.slip_model, Cerruti)
         and (rough or case.cells.geometry is Grid),
         tilt=setup.tilt,
-        ratio=others[-1] / setup.friction_law.coefficient if friction else 1.0,
+        ratio=fields.get(FRICTION_FIELD.name, friction) / friction,
     )
-    return surface, slip
+    return surface, fields["slip"]
 
 
 def usual_depths(snapshot: xr.Dataset, count: int, last: float | None = None) -> Array:
