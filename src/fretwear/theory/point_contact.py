@@ -127,10 +127,9 @@ class HertzContact:
         return self.contact_radius + math.sqrt(math.sqrt(cap))
 
     def with_approach(self, approach: float) -> Self:
-        """Contact of the same bodies at an approach (m): P = (4/3) E* √R δ^1.5."""
+        """Contact of the same bodies at an approach (m): P grows with δ^1.5."""
         require_positive(approach=approach)
-        load = 4.0 / 3.0 * self.composite_modulus * math.sqrt(self.radius) * approach**1.5
-        return self.with_load(load)
+        return self.with_load((approach / self.approach) ** 1.5 * self.load)
 
     def load_at(self, contact_radius: float) -> float:
         """Load, N, of a contact of given radius, m."""
@@ -200,10 +199,6 @@ class EllipticContact(HertzContact):
         short, long = sorted(self.half_widths)
         integral = float(ellipkm1((short / long) ** 2))
         return integral * short * self.peak_pressure / self.composite_modulus
-
-    def with_approach(self, approach: float) -> Self:
-        """Contact of the same bodies at an approach (m): P grows with δ^1.5."""
-        return self.with_load((approach / self.approach) ** 1.5 * self.load)
 
     def shear_weights(self, angle: float = 0.0) -> tuple[float, float, float]:
         """Weights of Poisson's ratio in the displacement due to a traction; see `coupling_ratio`.
