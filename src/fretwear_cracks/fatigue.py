@@ -227,8 +227,7 @@ def _worn_flat(ds: xr.Dataset, cycles: Array, x: Array) -> tuple[Array, list[str
 
 
 def _life(
-    basquin: Sequence[float | str] | None,
-    manson_coffin: Sequence[float | str] | None,
+    basquin: Sequence[float | str] | None, manson_coffin: Sequence[float | str] | None
 ) -> StrainLife | None:
     """The constants of lives, or None; `StressError` if they are wrong."""
     pairs = zip(LAWS.items(), (basquin, manson_coffin), strict=True)

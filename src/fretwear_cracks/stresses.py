@@ -13,13 +13,7 @@ from fretwear.arrays import Array
 from fretwear.data.labels import attributes_from
 from fretwear.results import CYCLE, DEPTH, LOOP, PHASE, X, Y
 from fretwear.study.case import Case
-from fretwear.units import (
-    MEGAPASCAL,
-    NO_UNIT,
-    number_text,
-    readable_unit,
-    with_unit,
-)
+from fretwear.units import MEGAPASCAL, NO_UNIT, number_text, readable_unit, with_unit
 from fretwear_cracks import StressError
 from fretwear_cracks.cracks import OverPlanes, PointLoops, von_mises
 from fretwear_cracks.inputs import (

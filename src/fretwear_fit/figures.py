@@ -17,10 +17,7 @@ _MOST_LOOPS = 5
 
 @styled
 def fit_figure(
-    measured: xr.DataArray,
-    predicted: xr.DataArray,
-    fitted: xr.DataArray,
-    places: xr.DataArray,
+    measured: xr.DataArray, predicted: xr.DataArray, fitted: xr.DataArray, places: xr.DataArray
 ) -> JournalFigure:
     """A measured profile or loop, the best run with an interval of 95 %, and the residuals.
 

@@ -320,8 +320,7 @@ class Measurement(Part):
         None
     )
     unit: Annotated[
-        str | None,
-        Field(description="Unit of lengths, if the file of an instrument lacks it."),
+        str | None, Field(description="Unit of lengths, if the file of an instrument lacks it.")
     ] = None
 
     def checked(self) -> Self:

@@ -267,10 +267,7 @@ def _shear_like_pressure(case: StudyCase) -> Finding:
     shear, pressure = (zone_means(case, name) for name in ("shear_traction", "pressure"))
     opposite = [_steps(q) * _steps(p) < 0.0 for q, p in zip(shear, pressure, strict=True)]
     against, steps = int(np.sum(opposite)), np.size(opposite)
-    numbers = {
-        **_last_to_first(*shear),
-        "changes against the pressure": f"{against} of {steps}",
-    }
+    numbers = {**_last_to_first(*shear), "changes against the pressure": f"{against} of {steps}"}
     return Finding.graded(not against, against < steps // 2, numbers)
 
 
