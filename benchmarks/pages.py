@@ -10,13 +10,12 @@ import math
 import os
 import platform
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from fretwear.figures import save_as
@@ -26,28 +25,6 @@ DIGITS = 6
 
 Data = dict[str, Any]
 """The data of a section: numbers, texts, and lists and dictionaries of them, as in JSON."""
-
-
-@dataclass(frozen=True)
-class Check:
-    """A number that had to be reached.
-
-    Parameters
-    ----------
-    what
-        What is compared, in a few words.
-    measured, required
-        The largest deviation found and the largest allowed, relative.
-    """
-
-    what: str
-    measured: float
-    required: float
-
-
-def no_checks(_: Data) -> list[Check]:
-    """The checks of a section that has none."""
-    return []
 
 
 def no_figures(_: Data) -> dict[str, Figure]:
@@ -68,10 +45,10 @@ class Section:
     measure
         Finds its data.
     text
-        Markdown below the heading; a figure goes where the text has ``{figure:name}``, or
+        Markdown below the heading, if it is not written by the page's lead; a figure goes where the text has ``{figure:name}``, or
         ``{figure}`` for the one that is named by an empty string.
-    checks, figures
-        The numbers with a bound, and figures by name.
+    figures
+        Figures by name.
     on_request
         Whether it is measured only where its name is given.
     """
@@ -79,21 +56,13 @@ class Section:
     name: str
     title: str
     measure: Callable[[], Data]
-    text: Callable[[Data], str]
-    checks: Callable[[Data], list[Check]] = no_checks
+    text: Callable[[Data], str] | None = None
     figures: Callable[[Data], dict[str, Figure]] = no_figures
     on_request: bool = False
 
     def stem(self, figure: str) -> str:
         """Name of a figure's file without its ending."""
         return f"{self.name}_{figure}" if figure else self.name
-
-
-class Front(NamedTuple):
-    """Text and figures of a page that begins with what matters; see `Page.front`."""
-
-    text: Callable[[Data], str]
-    figures: Callable[[Data], dict[str, Figure]]
 
 
 @dataclass(frozen=True)
@@ -109,18 +78,14 @@ class Page:
         ``{versions}`` of libraries.
     sections
         What it is made of.
-    front
-        What a reader sees first, from the stored data: text and figures of a page ``docs/NAME.md``.
-        The page of the sections is then ``docs/DETAILS.md``.
-    details
-        Name of the page of the sections behind a front.
+    lead
+        Writes what stands between introduction and sections from the data of all of these.
     """
 
     name: str
     introduction: str
     sections: tuple[Section, ...]
-    front: Front | None = None
-    details: str = ""
+    lead: Callable[[Data], str] | None = None
 
     def load(self, docs: Path) -> Data:
         """The data measured so far, by section."""
@@ -156,14 +121,18 @@ class Page:
                 stem = section.stem(match[1] or "")
                 return f"![{section.title}](images/{self.name}/{stem}.svg)"
 
-            body = re.sub(r"\{figure(?::(\w+))?\}", image, section.text(entry["data"])).rstrip()
             versions |= {f"{name} {number}": None for name, number in entry["versions"].items()}
-            parts.append(f"## {section.title}\n\n{body}\n")
+            if section.text is not None:
+                text = section.text(entry["data"])
+                text = re.sub(r"\{figure(?::(\w+))?\}", image, text).rstrip()
+                parts.append(f"## {section.title}\n\n{text}\n")
         head = self.introduction.format(
             minutes="a minute" if seconds <= 60 else f"{-(-seconds // 60)} minutes",
             versions=", ".join(versions),
             names=", ".join(f"`{section.name}`" for section in self.sections),
         )
+        if self.lead is not None:
+            parts.insert(0, self.lead({name: each["data"] for name, each in entries.items()}))
         return "\n".join([head, *parts])
 
     def write(self, docs: Path) -> None:
@@ -175,25 +144,15 @@ class Page:
             if section.name in entries:
                 for name, figure in section.figures(entries[section.name]["data"]).items():
                     save_as(figure, folder / f"{section.stem(name)}.svg")
-        for name, figure in self.front.figures(entries).items() if self.front else ():
-            save_as(figure, folder / f"front_{name}.svg")
-        for name, text in self.pages(entries).items():
-            (docs / f"{name}.md").write_text(text, encoding="utf-8")
-
-    def pages(self, entries: Data) -> dict[str, str]:
-        """The pages by name: the sections, and what stands before them."""
-        if self.front is None:
-            return {self.name: self.render(entries)}
-        return {self.name: self.front.text(entries), self.details: self.render(entries)}
+        (docs / f"{self.name}.md").write_text(self.render(entries), encoding="utf-8")
 
     def check(self, docs: Path) -> int:
-        """Exit status: 0 if the pages in a folder agree with their data, else 1."""
-        for name, text in self.pages(self.load(docs)).items():
-            page = docs / f"{name}.md"
-            if not page.exists() or page.read_text(encoding="utf-8") != text:
-                print(f"{page} is not what its data say: python -m benchmarks.{self.name} --render")
-                return 1
-        return 0
+        """Exit status: 0 if the page in a folder agrees with its data, else 1."""
+        page = docs / f"{self.name}.md"
+        if page.exists() and page.read_text(encoding="utf-8") == self.render(self.load(docs)):
+            return 0
+        print(f"{page} is not what its data say: python -m benchmarks.{self.name} --render")
+        return 1
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Measure sections and write the page; with ``--render`` or ``--check`` measure none."""
@@ -251,6 +210,11 @@ def percent(fraction: float) -> str:
     return f"{100.0 * fraction:+.{decimals}f} %"
 
 
+def named(deviations: Mapping[str, float]) -> str:
+    """Deviations in size, each with its name."""
+    return ", ".join(f"{name} {percent(abs(each))[1:]}" for name, each in deviations.items())
+
+
 def scientific(value: float, form: str = ".0e") -> str:
     """A number in powers of ten, without zeros before the exponent."""
     return f"{value:{form}}".replace("e-0", "e-")
@@ -259,13 +223,3 @@ def scientific(value: float, form: str = ".0e") -> str:
 def worst(deviations: Iterable[float]) -> float:
     """The deviation that is largest in size, with its sign."""
     return max(deviations, key=abs)
-
-
-def order_of(spacing: Sequence[float], error: Sequence[float]) -> float:
-    """Order of convergence: the slope of log |error| against log spacing, least squares."""
-    return float(np.polyfit(np.log(spacing), np.log(np.abs(error)), 1)[0])
-
-
-def anchor(title: str) -> str:
-    """Where a heading is found on its page."""
-    return re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")

@@ -6,14 +6,11 @@ import sys
 import time
 from typing import Any
 
-import numpy as np
 from benchmarks.pages import Data, Page, Section, scientific, table
 from benchmarks.peers import contacts
 from benchmarks.study_contacts import STUDY, WAVES
-from matplotlib.figure import Figure
 
 from fretwear import Case, simulate
-from fretwear.figures.style import CATEGORICAL, JournalFigure, styled
 
 CELLS = 512
 FASTEST = [("smooth", 512), ("smooth", 1024), ("wavy", 512), ("self-affine", 512)]
@@ -74,7 +71,7 @@ def measure_cases() -> Data:
 
 
 def cases_text(data: Data) -> str:
-    """A chart and a table."""
+    """A table."""
     rows = [
         [name, f"{run['cycles']}", f"{run['seconds']:.2g}", f"{run['memory']:.0f}",
          f"{100 * run['error']:.1f} %"]
@@ -85,16 +82,8 @@ def cases_text(data: Data) -> str:
 The contact of the [source study](paper.md) with default settings. Memory is without 90 MB of libraries; the error is the larger one of wear
 volume and contact area at the last cycle.
 
-{{figure}}
-
 {table(header, rows)}
 """
-
-
-@styled
-def cases_figure(data: Data) -> Figure:
-    """Seconds of each case as bars."""
-    return _bars({name: run["seconds"] for name, run in data.items()})
 
 
 def measure_peers() -> Data:
@@ -107,65 +96,30 @@ def measure_peers() -> Data:
 
 
 def peers_text(data: Data) -> str:
-    """A chart and two tables."""
+    """A table, and what the fastest is good for."""
     solves = [
         [entry["name"], f"{entry['cpu']:.3g}", scientific(entry["residual"])]
         for entry in data["cold"]
     ]
-    ratios = []
-    for start in ("fastest", "warm"):
-        for *own, peer in data[start]:
-            of_own = [f"{peer['cpu'] / entry['cpu']:.1f}" for entry in own]
-            contact = peer["contact"] + ", a wear step later" * (start == "warm")
-            ratios.append([contact, f"{peer['cells']}²", *of_own, *["–"] * (2 - len(of_own))])
+    ratios: dict[bool, list[float]] = {False: [], True: []}
+    for *own, peer in (*data["fastest"], *data["warm"]):
+        for is_quarter, entry in enumerate(own):
+            ratios[bool(is_quarter)].append(peer["cpu"] / entry["cpu"])
+    whole, quarter = (f"{min(each):.1f} to {max(each):.1f}" for each in ratios.values())
     peer = data["fastest"][0][-1]["name"]
     return f"""\
-{{figure}}
-
 The first loading of a smooth sphere on {CELLS}² cells. One code computes all residuals; each program has the largest tolerance, in steps of √10,
 that keeps its residual below {scientific(contacts.RESIDUAL)}.
 
 {table(["", "processor, s", "residual"], solves)}
 
-Processor time of {peer} over that of fretwear, in one run for each contact (`python -m benchmarks.performance peers`). The rough surfaces
-come from `studies/paper.yaml` and `studies/self_affine.yaml`. A wear step wears the point of highest pressure by 1 % of the largest displacement;
-the solution before it is the start.
+In six contacts (smooth, wavy, self-affine; 512² and 1024² cells; cold and after a wear step) {peer} takes {whole} times the processor time of
+fretwear on the whole window and {quarter} times that on a quarter (`python -m benchmarks.performance peers`).
 
-{table(["contact", "cells", "over the whole window", "over the quarter"], ratios)}
-
-### What aspher is good for beside fretwear
-
-aspher (C++, BSD) checks independently
-
-- pressures, with `backend="fft"`: equal within the residual; `backend="h2"` gives peaks too high by 0.1, 0.6 and 1.3 % on 64², 128² and 256² cells
-  (`ContactSolver`), by 0.03 % on 512² (`solve_nested`);
-- cycles in partial slip at ν = 0, with `tol_tangential=1e-7`: energy within 10⁻⁶ of `coupled` (sphere, Q = 0.6 µP, 64² and 128² cells), within
-  2·10⁻⁵ with the default of 10⁻⁵. At ν = 0.3 it reports convergence with an energy 4 % too low or 21 % too high, and does not converge after the
-  reversal.
-
-It has no wear and no pressure limit. Building it takes a C++ compiler, CMake and Eigen (Debian: `libeigen3-dev`).
+aspher (C++, BSD), which has no wear and no pressure limit, is an independent check of pressures with `backend="fft"`, equal within the residual;
+with `backend="h2"` its peaks are 0.03 to 1.3 % too high. Cycles in partial slip agree with `coupled` at ν = 0, with an energy within 10⁻⁶ for
+`tol_tangential=1e-7`; at ν = 0.3 it reports convergence with an energy 4 % too low or 21 % too high.
 """
-
-
-@styled
-def peers_figure(data: Data) -> Figure:
-    """Seconds of the first loading as bars."""
-    return _bars({entry["name"]: entry["cpu"] for entry in data["cold"]})
-
-
-def _bars(seconds: dict[str, float]) -> Figure:
-    figure = JournalFigure(columns=1, height=12.0 + 7.0 * len(seconds))
-    axes = figure.subplots()
-    places = np.arange(len(seconds))[::-1]
-    axes.barh(places, [*seconds.values()], height=0.6, color=CATEGORICAL[0])
-    for place, value in zip(places, seconds.values(), strict=True):
-        axes.annotate(
-            f"{value:.2g} s", (value, place), (3, 0), textcoords="offset points", va="center"
-        )
-    axes.set_yticks(places, [*seconds])
-    axes.set(xlabel="processor time (s)")
-    axes.margins(x=0.15)
-    return figure
 
 
 SECTIONS = (
@@ -174,14 +128,12 @@ SECTIONS = (
         "Typical cases",
         measure_cases,
         cases_text,
-        figures=lambda data: {"": cases_figure(data)},
     ),
     Section(
         "peers",
         "Other programs",
         measure_peers,
         peers_text,
-        figures=lambda data: {"": peers_figure(data)},
     ),
 )
 

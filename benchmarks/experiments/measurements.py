@@ -65,19 +65,17 @@ def point(label: str, measured: float, computed: float, unit: str, **about: Any)
     return {"label": label, "measured": measured, "computed": computed, "unit": unit, **about}
 
 
-def comparison(points: Sequence[Data]) -> str:
-    """A table of measured and computed numbers."""
-    lines = [
-        [
-            each["label"],
-            f"{each['measured']:.3g}\u00a0{each['unit']}",
-            f"{each['computed']:.3g}",
-            percent(each["computed"] / each["measured"] - 1.0).replace(" ", "\u00a0"),
-            each.get("basis", "predicted"),
-        ]
-        for each in points
-    ]
-    return table(["", "measured", "computed", "deviation", "basis"], lines)
+def comparison(points: Mapping[str, Sequence[Data]]) -> str:
+    """A table of measured and computed numbers, by the name of the experiment."""
+    lines = []
+    for name, of_one in points.items():
+        for each in of_one:
+            deviation = percent(each["computed"] / each["measured"] - 1.0)
+            basis = f", {each['basis']}" if "basis" in each else ""
+            computed = f"{each['computed']:.3g} ({deviation}{basis})"
+            measured = f"{each['measured']:.3g} {each['unit']}"
+            lines.append([f"{name}, {each['label']}", measured, computed])
+    return table(["experiment", "measured", "computed"], lines, left=3)
 
 
 def profile_figure(draw: Any) -> Figure:

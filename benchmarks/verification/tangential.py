@@ -1,7 +1,7 @@
 """Slip from the reduced load against a tangential solve that knows nothing of it."""
 
 import numpy as np
-from benchmarks.pages import Check, Data, Section, scientific
+from benchmarks.pages import Data, Section, scientific
 from tests.mechanics.oracles import influence_matrix, tangential_step
 from tests.mechanics.problems import COUPLING, FRICTION, LOAD, MODULUS, ROUGH, fretting, uneven
 
@@ -15,7 +15,6 @@ from fretwear.mechanics.wear.state import WearProblem
 CELLS, WORN_AFTER = 14, 300.0
 RATIOS = (0.2, 0.5, 0.8, 0.95)
 TOLERANCE = 1e-12
-REQUIRED = 1e-8
 
 
 def shapes(problem: WearProblem) -> tuple[Grid, dict[str, Array]]:
@@ -81,23 +80,18 @@ def run() -> Data:
     }
 
 
-def checks(data: Data) -> list[Check]:
-    rows = [row for surface in data["surfaces"] for row in surface["ratios"]]
+def rows(data: Data) -> list[list[str]]:
+    found = [ratio for surface in data["surfaces"] for ratio in surface["ratios"]]
+    largest = max(
+        each[name] for each in found for name in ("slip", "traction", "reversal", "return")
+    )
     return [
-        Check("s = µκg* on rough surfaces", max(row["slip"] for row in rows), REQUIRED),
-        Check("reversal −2s", max(row["reversal"] for row in rows), REQUIRED),
+        [
+            "slip, traction of rough, random and worn surfaces",
+            "dense solution along x",
+            scientific(largest),
+        ]
     ]
 
 
-def text(data: Data) -> str:
-    names = ("slip", "traction", "reversal", "return")
-    rows = [row for surface in data["surfaces"] for row in surface["ratios"]]
-    largest = scientific(max(row[name] for row in rows for name in names))
-    nx, ny = data["cells"]
-    return f"""\
-Slip s = µκ g* and traction on rough, random and worn surfaces against a dense solution of the tangential problem along x
-(`tests/mechanics/oracles.py`), over a cycle, on {nx} × {ny} cells, at X = {", ".join(map(str, RATIOS))}: largest difference {largest} of the largest value.
-"""
-
-
-SECTION = Section("tangential", "Slip against an independent tangential solve", run, text, checks)
+SECTION = Section("tangential", "Slip against an independent tangential solve", run)

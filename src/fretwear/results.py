@@ -72,11 +72,11 @@ plastic_depth  | m  |     |     | | | permanent sinking since cycle 0
 gap            | m  | $g$ |     | | nan | between the surfaces at the load P; NaN
                             beyond the end of a punch
 contact_state  |    |     |     | state of the contact | flags |
-    of whole cells; contact_fraction and stick_fraction say what part of a cell counts
+    of whole cells
 contact_fraction | 1 |    | 1   | | |
-    part of a cell in contact; times the area of a cell, its sum is contact_area
+    part of a cell in contact
 stick_fraction | 1  |     | 1   | | |
-    part of a cell that sticks; times the area of a cell, its sum is stick_area
+    part of a cell that sticks
 """,
     "float32",
 )

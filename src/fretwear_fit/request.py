@@ -396,7 +396,7 @@ class Measurement(Part):
 
 @dataclass(frozen=True, config=ConfigDict(extra="forbid"))
 class FitRequest(StudySection):
-    """The section ``fit``: free parameters and measurements."""
+    """Free parameters, and the measurements that they are fitted to."""
 
     free: Ranges
     data: Annotated[tuple[Measurement, ...], Field(description="What was measured.", min_length=1)]

@@ -1,4 +1,4 @@
-"""The tables of the reference have every parameter, variable, symbol, command and material."""
+"""The lists of the reference have every parameter, variable, symbol, command and material."""
 
 import re
 from pathlib import Path
@@ -57,51 +57,61 @@ SAME = (
 )
 
 
-def rows(page, first):
-    """Rows of the tables of a page that begin with a cell."""
-    return [line for line in page.splitlines() if line.startswith(f"| {first} |")]
+ITEM = re.compile(r"^- .*(?:\n  .*)*", re.MULTILINE)
 
 
-def in_tables(text):
-    """A text as a cell of a table has it."""
-    return text.replace("|", "\\|").replace("\n", " ")
+def items(page, name):
+    """Items of the lists of a page that name a key or a variable, each on one line."""
+    found = re.compile(rf"`{re.escape(name)}(?:`|: )")
+    return [" ".join(item.split()) for item in ITEM.findall(page) if found.search(item)]
+
+
+def has_words(item, words):
+    """Whether an item, which may have several variables, has all words of one of them."""
+    needed, there = (re.findall(r"[^\W_]{3,}", text.lower()) for text in (words, item))
+    return set(needed) <= {*there, "the", "along"}
 
 
 @pytest.mark.parametrize("name", [n for n in case_keys().all_names if "counterface." not in n])
-def test_every_parameter_is_in_its_table(name):
+def test_every_parameter_is_in_its_list(name):
     about = case_keys()[name].parameter
-    row, *_ = rows(STUDY_FILE, f"`{name}`")
-    assert f"`{about.example}`" in row or not isinstance(about, Quantity)
-    assert in_tables(about.description or f"{about.words.capitalize()}.") in row
+    (item,) = (i for i in items(STUDY_FILE, name) if i.startswith(f"- `{name}: "))
+    assert f"`{name}: {about.example}`" in item or not isinstance(about, Quantity)
+    assert item.endswith(f": {about.description or f'{about.words.capitalize()}.'}")
     if isinstance(about, Quantity) and not about.is_whole:
         words = [("larger than", ">"), ("at least", "≥"), ("less than", "<"), ("at most", "≤")]
         limits = about.range_text().replace(" and ", ", ")
         for word, sign in words:
             limits = limits.replace(word, sign)
-        assert f"| {limits}" in re.sub(r"\| (\S+) to (\S+)", r"| ≥ \1, ≤ \2", row)
+        # Other numbers are larger than zero, as the page says.
+        shown = re.sub(r"([\d.]+) to (\S+?)([,)])", r"≥ \1, ≤ \2\3", item)
+        assert limits == "> 0" or limits in shown
 
 
 @pytest.mark.parametrize("path", [(), ("output", "stress"), ("fit", "data", "items")], ids="/".join)
-def test_every_key_of_a_study_is_in_its_table(path):
+def test_every_key_of_a_study_is_in_a_list_alone_with_its_meaning(path):
     schema = study_schema()
     for key in path:
         schema = schema[key] if key == "items" else schema["properties"][key]
     for name, part in schema["properties"].items():
-        assert any(in_tables(part["description"]) in row for row in rows(STUDY_FILE, f"`{name}`"))
+        shared = [item for item in items(STUDY_FILE, name) if item.count("`") > 2]
+        assert shared or part["description"] in " ".join(items(STUDY_FILE, name)), name
 
 
 @pytest.mark.parametrize("variable", VARIABLES, ids=lambda variable: variable.name)
-def test_every_variable_is_in_its_table(variable):
+def test_every_variable_is_in_its_list(variable):
     symbol = variable.symbol if variable.symbol.startswith("$") else ""
-    cells = (symbol, variable.si_unit or "–", variable.words)
-    listed = rows(DATASET, f"`{variable.name}`")
-    assert any(all(f"| {in_tables(cell)}" in row for cell in cells) for row in listed)
-    assert any(in_tables(variable.comment) in row for row in listed)
+    assert any(
+        symbol in item
+        and (variable.si_unit or "") in item
+        and has_words(item, variable.words)
+        and has_words(item, variable.comment)
+        for item in items(DATASET, variable.name)
+    )
 
 
-def test_every_profile_and_material_is_in_its_table():
-    for name, field in MERGED_PROFILES.items():
-        assert f"| `{name}` | `{field.name}` | {field.si_unit} | {field.words} |" in DATASET
+def test_every_profile_and_material_is_on_its_page():
+    assert all(f"`{name}`" in DATASET for name in MERGED_PROFILES)
     page = (DOCS / "how-to" / "materials.md").read_text(encoding="utf-8")
     sources = dict.fromkeys(row["source"].partition(" (")[0] for row in material_table().values())
     for *constants, hardness, source in (row.values() for row in material_table().values()):
@@ -123,13 +133,18 @@ def quantities():
     return [(name, about) for name, about in listed if about.symbol.startswith("$")]
 
 
-def test_every_symbol_is_in_the_table_of_its_parameter_or_in_the_notation():
+def test_every_symbol_is_in_the_list_of_its_parameter_or_in_the_notation():
     for name, about in quantities():
-        key = f"`{name.replace('counterface.', 'roughness.')}`"
-        listed = (*rows(STUDY_FILE, key), *rows(DATASET, key), *rows(NOTATION, about.symbol))
-        assert any(f"| {about.symbol} |" in row for row in listed), name
+        key = name.replace("counterface.", "roughness.")
+        listed = (*items(STUDY_FILE, key), *items(DATASET, key))
+        assert any(about.symbol in item for item in listed) or is_symbol(about.symbol), name
     for symbol in ("$P^*$", "$g^*$", "$κ$", r"$β_\mathrm{D}$", "$τ$"):  # of equations alone
-        assert rows(NOTATION, symbol), symbol
+        assert is_symbol(symbol), symbol
+
+
+def is_symbol(symbol):
+    """Whether the notation explains a symbol."""
+    return re.search(rf"^- {re.escape(symbol)}[,:]", NOTATION, re.MULTILINE) is not None
 
 
 def test_no_symbol_stands_for_two_quantities():
@@ -143,4 +158,4 @@ def test_every_command_has_its_options_in_the_reference():
         parts = [p.opts[0] if p.param_type_name == "option" else p.metavar for p in command.params]
         words, *_ = command.help.splitlines()
         arguments = sorted(parts, key=lambda part: part.startswith("-"))
-        assert f"| `{' '.join([name, *arguments])}` | {words.strip()} |" in COMMANDS
+        assert f"- `{' '.join([name, *arguments])}`: {words.strip()}\n" in COMMANDS

@@ -107,7 +107,7 @@ class Case(Setup):
     slip_model: Annotated[
         SlipModel,
         PartOf(SlipModel, "slip model", like="cerruti"),
-        "Model of slip; auto by default.",
+        "Model of slip.",
     ] = _USUAL_SLIP
     cell: Annotated[
         tuple[float, float] | None,
@@ -127,7 +127,7 @@ class Case(Setup):
             "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]",
         ),
         "Successive blocks of loading, each with its cycles and what changes: load, displacement "
-        "or force, friction; base may omit parameters of the first block.",
+        "or force, friction.",
     ] = ()
     error_estimate: Annotated[
         bool,
@@ -145,13 +145,12 @@ class Case(Setup):
             le=0.2,
             infinite="as on default cells",
         ),
-        "Largest relative error of wear, contact, stick zone and energy, reached by narrower "
-        "cells; none: default cells. A written cell stays, with a warning if it misses.",
+        "Largest relative error of key results, reached by narrower cells; none: default cells.",
     ] = 0.02
     budget: Annotated[
         float | None,
         Quantity("1", "budget", "budget", like="10", ge=1.0, le=1000.0),
-        "Largest work to reach the accuracy, over the work on default cells; 10 by default.",
+        "Largest work to reach the accuracy, over that on default cells; 10 by default.",
     ] = None
     output_cycles: tuple[int, ...] = ()
 

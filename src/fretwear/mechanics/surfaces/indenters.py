@@ -116,7 +116,7 @@ class Sphere(Indenter):
     radius: Annotated[
         float,
         Quantity("m", "$R$", "sphere radius", "mm", like="10 mm", gt=0.0),
-        "Radius R of the sphere.",
+        "Radius of the sphere.",
     ]
     kind: Literal["sphere"] = "sphere"
     synonyms: ClassVar[tuple[str, ...]] = ("ball", "paraboloid")

@@ -368,9 +368,8 @@ class Archard(WearLaw):
             record=OfBodies,
             forms=(PowerLaw,),
         ),
-        "Archard's K_w, depth per pressure and slip path, of both bodies together or "
-        "[indenter, flat]; or a power law with value, exponents and references. Or give "
-        "energy_wear_coefficient.",
+        "Archard's coefficient, depth per pressure and slip path, of both bodies together or "
+        "[indenter, flat]; or a power law.",
     ]
     kind: Literal["archard"] = "archard"
 
@@ -399,9 +398,8 @@ class EnergyWear(WearLaw):
             record=OfBodies,
             forms=(PowerLaw, FallingCoefficient, RimAndCore),
         ),
-        "Wear volume per dissipated energy α, or laws likewise; or slow, fast and decay with the "
-        "density of friction power; or rim, core and rim_width if oxygen reaches only a rim. Or "
-        "give wear_coefficient.",
+        "Wear volume per dissipated energy, likewise; or a law that falls with the friction "
+        "power, or rim and core.",
     ]
     kind: Literal["energy"] = "energy"
 

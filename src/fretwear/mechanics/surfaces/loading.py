@@ -122,7 +122,7 @@ class TangentialRatio(Loading):
     tangential_ratio: Annotated[
         float,
         Quantity("1", "$Q/µP$", "tangential load ratio", like="0.8", gt=0.0),
-        "Tangential load as Q/(µP), less than 1. Or give tangential_load.",
+        "Tangential load as Q/(µP), less than 1.",
     ]
     kind: Literal["tangential_ratio"] = "tangential_ratio"
     letter: ClassVar[str] = "X"
@@ -139,7 +139,7 @@ class TangentialLoad(Loading):
     tangential_load: Annotated[
         float,
         Quantity("N", "$Q$", "tangential load amplitude", "N", like="20 N", gt=0.0),
-        "Tangential load Q, less than µP. Or give tangential_ratio.",
+        "Tangential load Q, less than µP.",
     ]
     kind: Literal["tangential_load"] = "tangential_load"
     letter: ClassVar[str] = "Q"
@@ -174,8 +174,7 @@ class SlidingAmplitude(GrossSliding):
     sliding_amplitude: Annotated[
         float,
         Quantity("m", "$s$", "sliding amplitude", "um", like="25 um", gt=0.0),
-        "Sliding amplitude, half the stroke, of a contact in gross slip, without the elastic "
-        "displacement of bodies and rig.",
+        "Half the stroke of a contact in gross slip, without elastic displacements.",
     ]
     kind: Literal["sliding_amplitude"] = "sliding_amplitude"
     letter: ClassVar[str] = "s"
@@ -196,7 +195,7 @@ class SlidingDistance(GrossSliding):
     sliding_distance: Annotated[
         float,
         Quantity("m", "$L$", "sliding distance", "m", like="3600 m", gt=0.0),
-        "Path in one direction, such as of a block on a ring, in cycles, 1000 by default.",
+        "Path in one direction, as of a block on a ring; cycles divide it, 1000 by default.",
     ]
     kind: Literal["sliding_distance"] = "sliding_distance"
     travel: ClassVar[float] = 0.0
@@ -221,8 +220,7 @@ class Displacement(Loading):
         Quantity(
             "N m-1", "$S$", "rig stiffness", "N/um", like="28 N/um", gt=0.0, infinite="rigid rig"
         ),
-        "Stiffness S of the rig in series with the contact; the displacement is "
-        "then the rig's. Default: none, a rigid rig.",
+        "Stiffness of the rig, whose displacement is then given; none: rigid.",
     ] = math.inf
     tangential_compliance: Annotated[
         float,
@@ -235,8 +233,8 @@ class Displacement(Loading):
             ge=0.0,
             omitted_value=0.0,
         ),
-        "Displacement per tangential load of a line contact with bodies and rig while nothing "
-        "slips: the slope of the loop after a reversal.",
+        "Displacement per tangential load of a line contact while nothing slips: the slope of "
+        "the loop after a reversal.",
     ] = 0.0
 
     is_force: ClassVar[bool] = False
@@ -279,7 +277,7 @@ class DisplacementAmplitude(Displacement):
     displacement_amplitude: Annotated[
         float,
         Quantity("m", "$U$", "displacement amplitude", "um", like="1 um", gt=0.0),
-        "Amplitude U of the tangential displacement of distant points.",
+        "Amplitude of the displacement of distant points.",
     ]
     kind: Literal["displacement_amplitude"] = "displacement_amplitude"
     letter: ClassVar[str] = "U"
@@ -309,8 +307,8 @@ class DisplacementRatio(Displacement):
     displacement_ratio: Annotated[
         float,
         Quantity("1", "$U/U_t$", "displacement ratio", like="0.8", gt=0.0),
-        "Displacement U over the displacement at which the unworn smooth contact, "
-        "without the rig, begins to slide as a whole.",
+        "Displacement over that at which the unworn smooth contact, without the rig, begins to "
+        "slide as a whole.",
     ]
     kind: Literal["displacement_ratio"] = "displacement_ratio"
 

@@ -174,8 +174,8 @@ class Coulomb(Friction):
             gt=0.0,
             forms=(OverCycles, OverEnergy),
         ),
-        "Coefficient µ; or {cycles: [0, 500], values: [0.2, 0.6]}, linear in between; or "
-        "{start: 0.2, end: 0.8, energy: 0.5 J/mm^2}, by the energy dissipated at each point.",
+        "Coefficient; or {cycles: [0, 500], values: [0.2, 0.6]}, linear in between; or {start: "
+        "0.2, end: 0.8, energy: 0.5 J/mm^2}, by the energy dissipated at each point.",
     ]
     kind: Literal["coulomb"] = "coulomb"
 

@@ -44,7 +44,7 @@ class Setup:
     indenter: Annotated[
         Indenter,
         PartOf(Indenter, "indenter", short="sphere", like="{kind: sphere, radius: 10 mm}"),
-        "Smooth shape of the bodies; radius: 10 mm is short for a sphere.",
+        "Smooth shape of the bodies.",
     ]
     bodies: Annotated[Bodies, Inline(Bodies)]  #: their elasticity
     normal: Annotated[Normal, Inline(Normal)]  #: load or approach that presses them together
@@ -99,7 +99,7 @@ class Setup:
             like="{thickness: 3 um, youngs_modulus: 400 GPa, poisson_ratio: 0.2}",
             is_second=True,
         ),
-        "Elastic layer on the flat. The other parameters of the flat then describe the substrate.",
+        "Elastic layer on the flat, whose other parameters describe the substrate.",
     ] = None
     frequency: Annotated[
         float | None,
@@ -114,13 +114,12 @@ class Setup:
     wear_threshold: Annotated[
         float,
         Quantity("J m-2", "$e_t$", "wear threshold", "mJ/mm^2", like="2 mJ/mm^2", ge=0.0),
-        "Energy per area and cycle below which nothing wears; only the energy above it wears.",
+        "Energy per area and cycle that does not wear; only the energy above it does.",
     ] = 0.0
     bulk_stress: Annotated[
         float,
         Quantity("Pa", "$σ_b$", "bulk stress amplitude", "MPa", "80 MPa", ge=0.0),
-        "Amplitude of a stress along x in the flat, in phase with the tangential force; it moves "
-        "the stick zone, and adds to stresses below the surface.",
+        "Amplitude of a stress along x in the flat, in phase with the tangential force.",
     ] = 0.0
 
     @property

@@ -194,7 +194,7 @@ class Measures:
 
     @scalar("m", "contact outline radius", symbol=r"$a_\mathrm{c}$", unit="µm", **_OUTLINE)
     def contact_radius(self) -> float:
-        """Of a disc with the area inside the convex outline of the contact."""
+        """Of a disc as large as the convex outline of the contact."""
         return _radius(
             self.state.geometry,
             self._regions[0].cells,
@@ -204,7 +204,7 @@ class Measures:
 
     @scalar("m", "stick outline radius", symbol="$c$", unit="µm", **_OUTLINE)
     def stick_radius(self) -> float:
-        """Of a disc with the area inside the convex outline of the stick zone."""
+        """Of a disc as large as the convex outline of the stick zone."""
         return _radius(
             self.state.geometry, self.state.reduced.stick, self.stick_area, self.stick_half_width_x
         )
@@ -256,12 +256,12 @@ class Measures:
 
     @scalar("m2", "contact area", symbol=r"$A_\mathrm{c}$", error_kind="edge")
     def contact_area(self) -> float:
-        """With edges located within cells: the sum of contact_fraction, not of contact_state."""
+        """To the edge within cells: the integral of contact_fraction."""
         return self._zones[0].area
 
     @scalar("m2", "stick area", symbol=r"$A_\mathrm{stick}$", error_kind="edge")
     def stick_area(self) -> float:
-        """With edges located within cells: the sum of stick_fraction, not of contact_state."""
+        """To the edge within cells: the integral of stick_fraction."""
         return self._zones[1].area
 
     @scalar(
@@ -273,7 +273,7 @@ class Measures:
         error_kind="stick",
     )
     def mean_stick_pressure(self) -> float:
-        """Load over area, with edges located within cells; NaN where nothing sticks."""
+        """Load over area; NaN where nothing sticks."""
         return self._stick_load / self.stick_area if self.stick_area else nan
 
     @scalar(
@@ -285,7 +285,7 @@ class Measures:
         error_kind="stick",
     )
     def stick_load_share(self) -> float:
-        """With edges located within cells; NaN where nothing sticks."""
+        """NaN where nothing sticks."""
         carries = self.stick_area and self._carried
         return self._stick_load / self._carried if carries else nan
 
@@ -298,7 +298,7 @@ class Measures:
         error_kind="peak",
     )
     def peak_pressure(self) -> float:
-        """Of a single cell; with an infinite error if wear makes it singular at the stick edge."""
+        """Of a single cell; its error is infinite if wear makes it singular at the stick edge."""
         pressure = self.state.pressure
         if self.problem.slip_model.follows_shape and not self.state.plastic.any():
             # The peak at the stick edge grows as rings get narrower, up to the plastic limit where
@@ -315,7 +315,7 @@ class Measures:
         error_kind="local",
     )
     def central_pressure(self) -> float:
-        """Of the cell nearest the origin; zero if this cell is open, as in a valley of waves."""
+        """Of the cell nearest the origin, which may lie open in a valley of waves."""
         lines = self.state.geometry.axis_cells(0)
         return float(np.mean([self.state.pressure[line][0] for line, _ in lines]))
 
