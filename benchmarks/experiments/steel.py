@@ -120,7 +120,7 @@ def measure_mccoll() -> Data:
 def text_mccoll(data: Data) -> str:
     return f"""\
 McColl, Ding and Leen (Wear 256, 2004): a cylinder of 6 mm radius on a flat of the same steel, 18.5 N/mm, ±24.24 µm in the contact, 18 000
-cycles. The coefficients are the authors'; which belongs to which body is inferred. The profile deviates by {data["off"]:.2f} µm (rms), less than the
+cycles. The coefficients are the authors'; their assignment to the bodies is inferred. The profile deviates by {data["off"]:.2f} µm (rms), less than the
 roughness beside it, {data["rough"]:.2f} µm.
 
 The flat wears {data["depth"][1]:.3f} µm deep in {data["seconds"]:.1f} s of processor time; finite elements gave 2.713 µm (level set) in 20 573 s and 2.706 µm (adaptive mesh)

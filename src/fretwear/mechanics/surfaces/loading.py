@@ -195,7 +195,7 @@ class SlidingDistance(GrossSliding):
     sliding_distance: Annotated[
         float,
         Quantity("m", "$L$", "sliding distance", "m", like="3600 m", gt=0.0),
-        "Path in one direction, as of a block on a ring; cycles divide it, 1000 by default.",
+        "Path in one direction, as of a block on a ring, divided into cycles, 1000 by default.",
     ]
     kind: Literal["sliding_distance"] = "sliding_distance"
     travel: ClassVar[float] = 0.0
@@ -220,7 +220,7 @@ class Displacement(Loading):
         Quantity(
             "N m-1", "$S$", "rig stiffness", "N/um", like="28 N/um", gt=0.0, infinite="rigid rig"
         ),
-        "Stiffness of the rig, whose displacement is then given; none: rigid.",
+        "Stiffness of the rig, on which the displacement is imposed; none: rigid.",
     ] = math.inf
     tangential_compliance: Annotated[
         float,
