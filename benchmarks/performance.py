@@ -116,9 +116,8 @@ that keeps its residual below {scientific(contacts.RESIDUAL)}.
 In six contacts (smooth, wavy, self-affine; 512² and 1024² cells; cold and after a wear step) {peer} takes {whole} times the processor time of
 fretwear on the whole window and {quarter} times that on a quarter (`python -m benchmarks.performance peers`).
 
-aspher (C++, BSD), which has no wear and no pressure limit, is an independent check of pressures with `backend="fft"`, equal within the residual;
-with `backend="h2"` its peaks are 0.03 to 1.3 % too high. At ν = 0 its energy of a cycle in partial slip agrees with `coupled` within 10⁻⁶
-(`tol_tangential=1e-7`); at ν = 0.3 it reports convergence although the energy is 4 % too low or 21 % too high.
+aspher has no wear and no pressure limit. Use it with `backend="fft"`: with `"h2"` peaks are 0.03 to 1.3 % too high. In partial slip it agrees with
+`coupled` at ν = 0; at ν = 0.3 it reports convergence although the energy of a cycle is 4 % too low or 21 % too high.
 """
 
 

@@ -269,11 +269,11 @@ def sentence(data: Data) -> str:
     least = min(groups, key=lambda family: groups[family]["within"])
     left_out = sum(FAMILIES.values()) - len(everything)
     without = f" ({left_out} more, which take longest, are left out)" if left_out else ""
-    silent = f"{found['silent']} of them" if found["silent"] else "None"
+    silent = f"All but {found['silent']} cases" if found["silent"] else "All cases"
     text = f"""\
 **{found["within"]:.1%} of {found["results"]} true errors lie within their estimates**, which are {found["ratio"]:.1f} times as large in the median. By kind of case,
 {min(shares):.0%} ({least}) to {max(shares):.0%} do. The largest true error is {found["largest"]:.0%} (plastic volume and late energy of rough contacts).
-{silent} of the cases with an error above {LARGE_ERROR:.0%} lacked a warning.
+{silent} with an error above {LARGE_ERROR:.0%} had a warning.
 
 The {len(everything)} cases of {BASE["cycles"]} cycles were drawn at random{without}: smooth and rough, elastic, yielding and coated, all indenters and
 loadings, X = {_range(RATIOS)}. The truth comes from cells {REFERENCE:g} times narrower. `python -m benchmarks.verification coverage` takes an hour of

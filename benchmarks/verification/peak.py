@@ -23,7 +23,7 @@ def sentence(data: Data) -> str:
     peaks = ", ".join(f"{each:.1f}" for each in data["peak"])
     change = 100.0 * (max(data["central"]) / min(data["central"]) - 1)
     return f"""\
-The pressure of a worn elastic contact is infinite at the edge of the stick zone. Its computed peak grows about as h^−½ with the width h of cells:
+The pressure of a worn elastic contact is infinite at the edge of the stick zone. Its computed peak grows about as 1/√h with the width h of cells:
 after {CYCLE:.0f} cycles at X = 0.8 it is {peaks} p0 on cells of {cells}. The central pressure changes by {change:.1f} %.
 """
 
