@@ -7,8 +7,6 @@ from collections.abc import Mapping
 
 PLASTIC_LIMIT = 4500e6
 """Plastic limit of the study, Pa."""
-TITLES = ("smooth elastic", "rough elastic", "smooth plastic", "rough plastic")
-"""The titles of the four cases of the study, in this order."""
 SHARED = {
     "normal_load": 50.0,
     "tangential_load": 20.0,
@@ -26,6 +24,15 @@ ROUGH = {
 }
 """Waves of the rough cases, m and rad."""
 
+_SURFACES = {"smooth": {"roughness_amplitude": 0.0}, "rough": ROUGH}
+_CASES = {
+    f"{surface} {body}": {**SHARED, **waves, "plastic_limit": limit}
+    for body, limit in (("elastic", math.inf), ("plastic", PLASTIC_LIMIT))
+    for surface, waves in _SURFACES.items()
+}
+TITLES = tuple(_CASES)
+"""The titles of the four cases of the study: smooth and rough, elastic, then plastic."""
+
 
 def title_of(values: Mapping[str, object]) -> str:
     """Return which of `TITLES` a point with these parameters is; empty if it is none."""
@@ -38,12 +45,4 @@ def title_of(values: Mapping[str, object]) -> str:
             for name, number in expected.items()
         )
 
-    surfaces = {"smooth": {"roughness_amplitude": 0.0}, "rough": ROUGH}
-    limits = {"elastic": {"plastic_limit": math.inf}, "plastic": {"plastic_limit": PLASTIC_LIMIT}}
-    if not near(SHARED):
-        return ""
-    surface, body = (
-        next((name for name, expected in kinds.items() if near(expected)), "")
-        for kinds in (surfaces, limits)
-    )
-    return f"{surface} {body}" if surface and body else ""
+    return next((title for title, expected in _CASES.items() if near(expected)), "")
