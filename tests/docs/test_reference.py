@@ -103,7 +103,7 @@ def test_every_variable_is_in_its_list(variable):
     symbol = variable.symbol if variable.symbol.startswith("$") else ""
     assert any(
         symbol in item
-        and (variable.si_unit or "") in item
+        and (not variable.si_unit or re.search(rf"[ (]{variable.si_unit}\)", item))
         and has_words(item, variable.words)
         and has_words(item, variable.comment)
         for item in items(DATASET, variable.name)
