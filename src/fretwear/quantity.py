@@ -294,8 +294,9 @@ class Quantity(Readable):
         else:
             number = self._parsed(value, units_required)
         if not all(holds(number, bound) for _, holds, _, bound in self._bounds):
-            is_share = self.le is not None and self.le <= 1.0 <= number <= 100.0 * self.le
-            hint = f"did you mean '{number:g} %'?" if is_share and self.si_unit == "1" else ""
+            most = self.le if self.si_unit == "1" and self.le is not None else math.inf
+            is_percent = most <= 10.0 and 1.0 <= number <= 100.0 * min(most, 1.0)
+            hint = f"did you mean '{number:g} %'?" if is_percent else ""
             raise QuantityError(f"must be {self.range_text()}", hint)
         if self.si_unit == "m" and abs(number) > LONGEST and self.words != "sliding distance":
             raise QuantityError(f"must be at most {LONGEST:g} m")

@@ -198,10 +198,13 @@ def test_the_default_resolves_contact_zones_and_waves(ratio, amplitude, slope_x,
         ({"youngs_modulus": "208 MPa", "load": "80 N"}, "wide beside"),
         ({**LINE, "load": "30 kN/mm"}, "harder than"),
         ({"load": "3 kN"}, ""),
+        ({"friction": 5}, "coefficient of friction"),  # or 5 % of a coating?
+        ({"friction": {"cycles": [0, 9], "values": [0.2, 4.0]}}, "coefficient of friction"),
+        ({"friction": 3.0}, ""),
         ({"youngs_modulus": "2 MPa", "load": "0.02 N"}, ""),
     ],
 )
-def test_pressures_beyond_all_hardness_and_wide_contacts_are_told_once(changes, words):
+def test_unusual_pressures_widths_and_friction_are_told_once(changes, words):
     told = [str(each) for each in case_warnings(steel(**changes))]
     assert [words in each for each in told] == [True] * bool(words), told
 
@@ -221,3 +224,21 @@ def test_a_case_is_shown_as_lines():
     assert [*map(str.strip, lines)][:2] == ["sphere radius              10 mm", lines[1].strip()]
     assert "normal load                50 N" in repr(case)
     assert len(lines) == len(case.scalar_coordinates())
+
+
+LINE_LOAD = {**LINE, "load": "135 N/mm"}
+ELLIPSE = {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "40 mm"}
+
+
+@pytest.mark.parametrize("shape", [{}, {"radius": None, "indenter": ELLIPSE}, LINE_LOAD])
+def test_a_cell_is_refused_if_fewer_than_four_cover_half_the_contact(shape):
+    case = steel(**shape)
+    for axis, half_width in enumerate(
+        case.indenter.half_widths(case.hertz)[: len(case.frame.axes)]
+    ):
+        cell = list(case.grid_spacing)
+        cell[axis] = half_width / 4.01
+        assert case.replace(cell=cell).grid_spacing == tuple(cell)
+        cell[axis] = half_width / 3.99
+        with pytest.raises(CaseError, match="too coarse for the contact"):
+            case.replace(cell=cell)

@@ -16,6 +16,7 @@ _NAMED = 3  # most results that a warning names
 FEW_POINTS = 20  # points measured on a contact radius; fewer barely show a roughness
 GREATEST_THINNING = 0.25  # mean wear depth over the thickness of a coating
 GREATEST_SLOPE = 0.3  # slope of a roughness; half-space theory assumes small slopes
+USUAL_FRICTION = 3.0  # coefficient of friction that few pairs exceed, rubber among them
 GREATEST_WIDTH = 0.1  # contact radius over the radius of curvature from which theory errs by some %
 # Hardness over E* that few materials exceed, hardened steel among them, and least E*, Pa, of
 # materials that yield rather than stretch.
@@ -228,6 +229,9 @@ def _of_materials(case: Case) -> _Words:
         what = "yields all over at first loading, which a pressure limit does not describe"
         yield what, "plastic limit {}, mean Hertz pressure {}".format(*numbers)
     yield from _of_strains(case)
+    if (friction := case.friction_law.greatest) > USUAL_FRICTION:
+        what = "has a coefficient of friction that few materials reach"
+        yield what, f"µ = {friction:g}, or {friction:g} % if per cent was meant"
     if case.rough is not None and case.rough.steepest > GREATEST_SLOPE:
         steepest = number_text(case.rough.steepest, 2)
         what = "touches on slopes that are too steep for half-space theory"

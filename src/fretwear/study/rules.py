@@ -34,6 +34,7 @@ GREATEST_CONTACT = 0.2
 # Smallest Q/(µP). Its slip annulus is a 30 000th of the contact radius wide; in a tenth of that
 # width slip is lost in the rounding of the displacements.
 LEAST_LOAD_RATIO = 1e-4
+LEAST_CELLS = 4.0  # across half of the contact; the energy of a sphere then errs by 20 %
 MOST_STROKE = 20.0  # largest sliding amplitude computed, over the Hertz half-width
 _GROSS_SLIP = "for gross slip write sliding_amplitude"
 
@@ -394,6 +395,18 @@ def _of_cell(setup: Setup, cell: tuple[float, float] | None) -> Iterator[Mistake
                     f"{_length(length)} long and needs at least {least} cells"
                 )
                 yield Mistake("cell", spacings, rule, "or leave cell out")
+
+
+@rule(*_HERTZ)
+def _of_cell_under_the_contact(setup: Setup, cell: tuple[float, float] | None) -> Iterator[Mistake]:
+    """The contact of the smooth bodies needs some cells: with fewer, results err by tens of %."""
+    widths = setup.indenter.half_widths(setup.hertz) if cell else ()
+    for axis, half_width, spacing in zip("xy", widths, cell or (), strict=False):
+        if spacing > half_width / LEAST_CELLS:
+            rule = f"is too coarse for the contact, whose half-width along {axis} is"
+            remedy = f"at most {_length(half_width / LEAST_CELLS)}, or leave cell out"
+            yield Mistake("cell", _length(spacing), f"{rule} {_length(half_width)}", remedy)
+            return
 
 
 @rule()

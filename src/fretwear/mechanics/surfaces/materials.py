@@ -15,6 +15,9 @@ from fretwear.mechanics.values import OverCycles
 from fretwear.quantity import MATERIALS, Part, Quantity, pair
 from fretwear.theory import composite_modulus, coupling_ratio
 
+# Coefficient of friction that no pair reaches short of seizure, clean metals in vacuum included.
+GREATEST_FRICTION = 10.0
+
 
 class Bodies(Part):
     """The elastic bodies, represented by one half-space."""
@@ -114,6 +117,7 @@ class Friction(Part):
 
     coefficient: float  # coefficient of friction µ, at cycle 0 where it changes
     least: float  # smallest coefficient of all cycles
+    greatest: float  # largest coefficient of all cycles
     follows_slip = False  # whether µ depends on the place through its slip
     ratio: float | Array = 1.0  # µ of each place over the coefficient, if it follows slip
 
@@ -130,10 +134,26 @@ class OverEnergy(Part):
     """
 
     start: Annotated[
-        float, Quantity("1", "$µ_0$", "coefficient of friction before slip", like="0.2", gt=0.0)
+        float,
+        Quantity(
+            "1",
+            "$µ_0$",
+            "coefficient of friction before slip",
+            like="0.2",
+            gt=0.0,
+            le=GREATEST_FRICTION,
+        ),
     ]
     end: Annotated[
-        float, Quantity("1", "$µ_1$", "coefficient of friction after slip", like="0.8", gt=0.0)
+        float,
+        Quantity(
+            "1",
+            "$µ_1$",
+            "coefficient of friction after slip",
+            like="0.8",
+            gt=0.0,
+            le=GREATEST_FRICTION,
+        ),
     ]
     energy: Annotated[
         float,
@@ -172,6 +192,7 @@ class Coulomb(Friction):
             "coefficient of friction",
             like="0.5",
             gt=0.0,
+            le=GREATEST_FRICTION,
             forms=(OverCycles, OverEnergy),
         ),
         "Coefficient; or {cycles: [0, 500], values: [0.2, 0.6]}, linear in between; or {start: "
@@ -207,6 +228,11 @@ class Coulomb(Friction):
     def least(self) -> float:  # type: ignore[override]
         """Smallest coefficient of all cycles."""
         return min(self._values)
+
+    @property
+    def greatest(self) -> float:  # type: ignore[override]
+        """Largest coefficient of all cycles."""
+        return max(self._values)
 
     @property
     def kinks(self) -> tuple[float, ...]:
