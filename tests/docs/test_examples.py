@@ -15,7 +15,6 @@ REPOSITORY = Path(__file__).resolve().parents[2]
 DOCS = REPOSITORY / "docs"
 PAGES = [
     DOCS / "tutorial.md",
-    DOCS / "questions.md",
     DOCS / "exercises.md",
     *sorted((DOCS / "how-to").glob("*.md")),
     REPOSITORY / "CONTRIBUTING.md",
