@@ -81,6 +81,9 @@ vary/material: [52100, copper] || vary.material | only base takes it: give young
 base/roughness: 0.1 um || must be one of wavy | write {kind: wavy, …}
 base/blocks: [{cycles: 9}] || each block gives its cycles
 invalid: ignore || 'stop' or 'skip'
+base/blocks: [{cycles: 5, tangential_ratio: 2}] | base/cycles | in block 1 is gross sliding
+base/friction: {cycles: [10], values: [0.5]} || friction.cycles = 10.0: must begin with 0
+base/wear_coefficient: {value: 1e-14 / Pa, pressure_exponent: 0.6} || needs reference_pressure for
 base/material: titan | base/youngs_modulus, base/poisson_ratio | did you mean 'titanium'
 vary: {load: [25 N, 50 N], friction: [0.3, 0.4, 0.5]}, design: zip | base/friction | load has 2
 """
