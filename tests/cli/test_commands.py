@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import fretwear
+from fretwear.cli.show import comparison_lines
 from fretwear.study.reading import load_study, select_point
 
 
@@ -132,6 +134,38 @@ def test_compare_tells_what_differs_by_which_factor(desk, case_file):
     assert float(rows["contact outline radius"][-1]) == pytest.approx(2 ** (1 / 3), rel=0.03)
     result = desk.call("compare", case_file, case_file)
     assert "All parameters are the same." in result.stdout
+
+
+def _case(cycles, **parameters):
+    growth = np.arange(1.0, len(cycles) + 1.0)
+    results = dict.fromkeys(("wear_volume", "peak_pressure"), ("cycle", growth))
+    results["plastic_volume"] = ("cycle", 0.0 * growth)
+    return xr.Dataset(results, {"cycle": np.array(cycles, float), **parameters})
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "cycles", "ratio"),
+    [
+        ([0, 10, 100], [0, 5, 10, 50], (10, 10), "1.5"),
+        ([0, 100], [0, 10, 50], (100, 50), "1.5"),
+        ([0, 7], [0, 7], (7, 7), "1"),
+    ],
+)
+def test_parameters_differ_beyond_rounding_and_results_are_those_of_a_common_snapshot(
+    first, second, cycles, ratio
+):
+    """Or of the last ones; a ratio to zero is none."""
+    a = _case(first, normal_load=40.0, friction=0.3, slip_model="jaeger", plastic_limit=np.inf)
+    b = _case(second, normal_load=40.0 + 1e-13, friction=0.6, slip_model="jaeger", radius=1.0)
+    lines = [re.split(r"\s{2,}", line.strip()) for line in comparison_lines(a, b)]
+    rows = {row[0]: row[1:] for row in lines}
+    differing = [row[0] for row in lines[2 : lines.index([""])]]
+    assert differing == ["friction", "plastic_limit", "radius"]
+    assert lines[lines.index(["Results"]) + 1][:2] == [
+        f"{n}, cycle {cycles[n > 'A']}" for n in "AB"
+    ]
+    assert rows["wear volume"][-1] == ratio
+    assert rows["plastic volume"][-1] == "–"
 
 
 @pytest.mark.slow

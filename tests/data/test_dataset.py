@@ -9,13 +9,10 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from fretwear.data.dataset import compared_cycles, compared_results, different_parameters
 from fretwear.data.labels import history_line
 from fretwear.data.stack import representative_cycles, resampled
 from fretwear.results import DEPTH, RESULTS, SCALARS, of_steps
 from fretwear.study.case import Case
-
-from ..studies import near
 
 CONTRACT_UNITS = {
     "Pa": "pressure shear_traction peak_pressure central_pressure mean_stick_pressure",
@@ -99,43 +96,6 @@ def test_values_are_kept_at_cell_centres_and_interpolated_between_them_on_both_s
     # States are those of the nearest cell.
     states, positions = np.int8([2, 2, 1, 1, 0, 0]), np.array([0.1, 5.9, 6.1, 11.9, 12.1, 30.0])
     assert resampled(states, [centres], [positions], -1).tolist() == [2, 2, 1, 1, 0, -1]
-
-
-def _case(cycles, **parameters):
-    growth = np.arange(1.0, len(cycles) + 1.0)
-    results = {variable.name: ("cycle", growth) for variable in SCALARS}
-    return xr.Dataset(results, {"cycle": np.array(cycles, float), **parameters})
-
-
-@pytest.mark.parametrize(
-    ("first", "second", "expected"),
-    [
-        ([0, 10, 100], [0, 10, 50], (10, 10)),
-        ([0, 100], [0, 50], (100, 50)),
-        ([0, 7], [0, 7], (7, 7)),
-    ],
-)
-def test_cases_are_compared_where_both_have_a_snapshot(first, second, expected):
-    assert compared_cycles(_case(first), _case(second)) == expected
-
-
-def test_parameters_differ_beyond_rounding_and_results_have_their_ratio_if_there_is_one():
-    first = _case(
-        [0, 10], normal_load=40.0, friction=0.3, slip_model="jaeger", plastic_limit=math.inf
-    )
-    others = {
-        "normal_load": 40.0 * (1.0 + 1e-15),
-        "friction": 0.6,
-        "slip_model": "jaeger",
-        "radius": 1.0,
-    }
-    second = _case([0, 5, 10], **others)
-    assert different_parameters(first, second) == ["friction", "plastic_limit", "radius"]
-    assert different_parameters(first, first) == []
-    first["plastic_volume"] = 0.0 * first["plastic_volume"]
-    results = {result.variable.name: result for result in compared_results(first, second)}
-    assert results["wear_volume"].ratio == near(1.5)
-    assert math.isnan(results["plastic_volume"].ratio)
 
 
 def test_the_accessor_gives_the_case_and_values_in_units_for_people(results, case):

@@ -21,7 +21,9 @@ _MORE_RESULTS = (
     *("worn_through_cycle", "exposed_area", "coating_left"),
     *("mean_slip_friction", "central_pressure", "peak_pressure"),
 )
+_COMPARED = ("plastic_volume", "central_pressure", "peak_pressure")
 _MARK = "† In one cell or on one line; ± ∞: grows at the edge of a worn stick zone as cells narrow."
+_SAME = 1e-12  # relative difference of equal parameters
 _UNWORN = "Unworn: closed forms for smooth elastic bodies (Hertz, Cattaneo and Mindlin)."
 
 
@@ -74,24 +76,50 @@ def case_lines(case: xr.Dataset, history: xr.Dataset) -> Iterator[str]:
 
 def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     """Yield the lines that compare two cases, called A and B."""
-    from fretwear.data.dataset import compared_cycles, compared_results, different_parameters
+    from fretwear.results import FORCES, RESULTS, headlines
 
     rows: list[tuple[str, ...]] = [("", "A", "B")]
-    for name in different_parameters(a, b):
+    for name in _different_parameters(a, b):
         known = {i: _in_words(c.coords[name]) for i, c in enumerate((a, b)) if name in c.coords}
         words = next(iter(known.values()))[0]
         rows.append((words, *(known.get(i, ("", "–"))[1] for i in (0, 1))))
     yield "Parameters that differ" if len(rows) > 1 else "All parameters are the same."
     yield from aligned(rows[len(rows) == 1 :])
     yield from ("", "Results")
-    first, second = compared_cycles(a, b)
+    first, second = _compared_cycles(a, b)
     rows = [("", f"A, cycle {first}", f"B, cycle {second}", "", "B/A")]
-    for result in compared_results(a, b):
-        texts = _texts([result.first, result.second], result.variable, result.errors)
-        ratio = number_text(result.ratio, 3) if math.isfinite(result.ratio) else "–"
-        rows.append((result.variable.marked, *texts, ratio))
+    states, given = (a.sel(cycle=first), b.sel(cycle=second)), a.coords.keys() & b.coords.keys()
+    forces = [name for key, names in FORCES.items() if key not in given for name in names]
+    for name in (*headlines([name for name in map(str, a) if name in b]), *_COMPARED, *forces):
+        if name in a and name in b:
+            variable = RESULTS[name].in_dataset(a)
+            values, errors = (
+                [float(state.get(each, 0.0)) for state in states]
+                for each in (name, variable.error.name)
+            )
+            ratio = values[1] / values[0] if values[0] else math.nan
+            text = number_text(ratio, 3) if math.isfinite(ratio) else "–"
+            rows.append((variable.marked, *_texts(values, variable, errors), text))
     yield from aligned(rows)
     yield from ("", _MARK)
+
+
+def _compared_cycles(a: xr.Dataset, b: xr.Dataset) -> tuple[int, int]:
+    """Return the last common snapshot or, if only cycle 0 is common, the last one of each."""
+    cycles = [{int(cycle) for cycle in case["cycle"].values} for case in (a, b)]
+    common = max(set.intersection(*cycles), default=0)
+    return (common, common) if common else (max(cycles[0]), max(cycles[1]))
+
+
+def _different_parameters(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
+    """Yield the parameters of two cases that differ beyond rounding, in the order of the first."""
+    given = [{str(n): v.item() for n, v in case.coords.items() if not v.dims} for case in (a, b)]
+    for name in {**given[0], **given[1]}:
+        first, second = (values.get(name) for values in given)
+        if isinstance(first, float) and isinstance(second, float):
+            first = second if math.isclose(first, second, rel_tol=_SAME) else first
+        if first != second:
+            yield name
 
 
 def _in_words(parameter: xr.DataArray) -> tuple[str, str]:

@@ -1,11 +1,9 @@
-"""The dataset of one case: its parts and views, and comparison with another."""
+"""The dataset of one case: its parts and views."""
 
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Hashable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
@@ -18,22 +16,15 @@ from fretwear.quantity import Parameter, Quantity
 from fretwear.results import (
     CASE_ID,
     CYCLE,
-    FORCES,
-    RESULTS,
     STATUS,
     PointStatus,
     X,
     Y,
     contact_frame,
-    headlines,
 )
 from fretwear.study.case import Case
 from fretwear.study.parameters import coordinate, parameter
 from fretwear.units import BY_SI_UNIT, did_you_mean, readable_unit
-from fretwear.variable import Variable
-
-_SAME = 1e-12
-
 
 FieldsT = TypeVar("FieldsT", xr.Dataset, xr.DataArray)
 
@@ -184,68 +175,6 @@ class Accessor:
         field = self._dataset[[name]].drop_vars(self._dataset.coords.keys() - kept)
         field = field.isel(cycle=-1) if cycle is None else field.sel(cycle=cycle, method="nearest")
         return Accessor(mirrored(field)).in_units()[name].transpose(Y.name, X.name)
-
-
-@dataclass(frozen=True)
-class Compared:
-    """One result in two cases."""
-
-    variable: Variable
-    first: float  # in its SI unit
-    second: float
-    errors: tuple[float, float] = (0.0, 0.0)  # error of both; zero if not estimated
-
-    @property
-    def ratio(self) -> float:
-        """Second over first; NaN if the first is zero."""
-        return self.second / self.first if self.first else math.nan
-
-
-def compared_cycles(first: xr.Dataset, second: xr.Dataset) -> tuple[int, int]:
-    """Return the cycles at which two cases are compared.
-
-    This is the last common snapshot or, if only cycle 0 is common, the last one of each.
-    """
-    mine, theirs = ({int(cycle) for cycle in case["cycle"].values} for case in (first, second))
-    common = max(mine & theirs, default=0)
-    return (common, common) if common else (max(mine), max(theirs))
-
-
-def compared_results(first: xr.Dataset, second: xr.Dataset) -> list[Compared]:
-    """Return key results of two cases at `compared_cycles`; forces too if they are results."""
-    cycles = compared_cycles(first, second)
-    states = [case.sel(cycle=cycle) for case, cycle in zip((first, second), cycles, strict=True)]
-    results = []
-    parameters = first.coords.keys() & second.coords.keys()
-    forces = [name for key, names in FORCES.items() if key not in parameters for name in names]
-    others = "plastic_volume", "central_pressure", "peak_pressure"
-    for name in (*headlines([str(name) for name in first if name in second]), *others, *forces):
-        variable = RESULTS[name]
-        if all(variable.name in state for state in states):
-            a, b = (float(state[variable.name]) for state in states)
-            error = variable.error.name
-            apart = [float(state[error]) if error in state else 0.0 for state in states]
-            results.append(Compared(variable.in_dataset(first), a, b, (apart[0], apart[1])))
-    return results
-
-
-def different_parameters(first: xr.Dataset, second: xr.Dataset) -> list[str]:
-    """Return the parameters of two cases that differ, in the order of the first."""
-    mine, theirs = (
-        {
-            str(name): value.item()
-            for name, value in case.coords.items()
-            if not value.dims and name != CYCLE.name
-        }
-        for case in (first, second)
-    )
-    return [name for name in {**mine, **theirs} if not _agree(mine.get(name), theirs.get(name))]
-
-
-def _agree(first: float | str | None, second: float | str | None) -> bool:
-    if isinstance(first, int | float) and isinstance(second, int | float):
-        return math.isclose(first, second, rel_tol=_SAME)
-    return first == second
 
 
 def require_dataset(dataset: object) -> None:
