@@ -31,7 +31,7 @@ from fretwear.data.files import (
     survey,
     write_case,
 )
-from fretwear.data.merge import Tally, check_belongs, merge_study
+from fretwear.data.merge import check_belongs, merge_study
 from fretwear.data.stack import NOT_DONE, open_study
 from fretwear.results import FIELDS, RESULTS, SCALARS, PointStatus
 from fretwear.run.accuracy import ASKED
@@ -340,8 +340,8 @@ def test_what_is_not_done_is_missing_and_says_why(make_study, merged, tmp_path):
     cases = merged(study) / "cases"
     lost = next(p for p in study.points() if p.case and p.case.load == 50.0)
     (cases / f"{lost.id}.nc").unlink()
-    tally = merge_study(study, cases, tmp_path / "summary.nc")
-    assert tally == Tally(done=2, failed=1, invalid=1)
+    count = merge_study(study, cases, tmp_path / "summary.nc")
+    assert count == {"done": 2, "failed": 1, "invalid": 1}
     failed, invalid = (
         {"normal_load": n, "tangential_load": q} for n, q in ((50.0, 8.0), (20.0, 16.0))
     )

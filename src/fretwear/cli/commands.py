@@ -216,14 +216,15 @@ def merge(file: StudyFile, results: Results = None, keep_older: KeepOlder = Fals
     from fretwear.study.plan import write_points
 
     summary = folder / "summary.nc"
-    tally = merge_study(
+    count = merge_study(
         study, folder / "cases", summary, command=typed(), keep_older=keep_older, tell=note
     )
     with atomic_path(folder / "points.csv") as temporary:
         write_points(study, temporary)
     with open_summary(summary) as merged:
         write_text(folder / "results.csv", results_table(merged))
-    say(f"{summary}: {tally.done} points done, {tally.failed} failed, {tally.invalid} invalid")
+    words = "{done} points done, {failed} failed, {invalid} invalid"
+    say(f"{summary}: {words.format_map(count)}")
 
 
 def figures(file: StudyFile, results: Results = None, processes: Processes = 1) -> None:

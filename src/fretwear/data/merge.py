@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -58,14 +58,6 @@ _OF_STEPS = tuple(f"{HISTORY_GROUP}/{name}" for name in MERGED_HISTORIES)
 Arrays: TypeAlias = dict[str, NDArray[Any]]
 
 
-class Tally(NamedTuple):
-    """Numbers of done, failed and invalid points of a study."""
-
-    done: int
-    failed: int
-    invalid: int
-
-
 def merge_study(
     study: Study,
     cases: str | PathLike[str],
@@ -74,7 +66,7 @@ def merge_study(
     command: str = "fretwear.merge_study",
     keep_older: bool = False,
     tell: Callable[[str], None] = lambda _: None,
-) -> Tally:
+) -> Counter[str]:
     """Merge the case files ``<case id>.nc`` in the folder `cases` into one file.
 
     The file has the varied names as dimensions, in the order of the study, or the one dimension
@@ -86,6 +78,7 @@ def merge_study(
     ``history`` holds the `command`.
 
     Sections that packages beside the core have read add their results; `tell` takes remarks.
+    Returns the numbers of ``done``, ``failed`` and ``invalid`` points.
 
     Raises a `DataFileError`, and writes nothing, if no case is done, if the file cannot be written,
     or if case files are damaged, belong to other cases or, unless `keep_older`, to other code; it
@@ -136,8 +129,7 @@ def merge_study(
     write_groups(path, {"": summary, HISTORY_GROUP: history}, pieces, merged)
     for remark in few_of(remarks):
         tell(remark)
-    count = Counter(files.status.tolist())
-    return Tally(*(count[kind] for kind in PointStatus))
+    return Counter(PointStatus(status).word for status in files.status.tolist())
 
 
 class _CaseFiles:

@@ -55,20 +55,17 @@ class Block(BaseModel):
         return {name: value for name, value in vars(self).items() if name in changed}
 
 
-def _changeable() -> dict[str, object]:
-    """The types of the parameters that a block may change, by name."""
-    kinds = (kind for family in _CHANGEABLE for kind in family.kinds().values())
-    hints = ((kind, get_type_hints(kind, include_extras=True)) for kind in kinds)
-    return {name: types[name] for kind, types in hints for name in kind.parameters()}
-
-
 class Blocks(Plain):
     """A list of blocks."""
 
     def __get_pydantic_core_schema__(
         self, source: object, handler: GetCoreSchemaHandler
     ) -> core_schema.CoreSchema:
-        fields: dict[str, Any] = {name: (hint, None) for name, hint in _changeable().items()}
+        kinds = [kind for family in _CHANGEABLE for kind in family.kinds().values()]
+        hints = ((kind, get_type_hints(kind, include_extras=True)) for kind in kinds)
+        fields: dict[str, Any] = {
+            name: (types[name], None) for kind, types in hints for name in kind.parameters()
+        }
         block = create_model("Block", __base__=Block, **fields)
         return handler.generate_schema(tuple[block, ...])  # type: ignore[valid-type]
 
