@@ -23,7 +23,8 @@ from fretwear.results import (
     contact_frame,
 )
 from fretwear.study.case import Case
-from fretwear.study.parameters import coordinate, parameter
+from fretwear.study.keys import coordinate
+from fretwear.study.parameters import parameter
 from fretwear.units import BY_SI_UNIT, did_you_mean, readable_unit
 
 FieldsT = TypeVar("FieldsT", xr.Dataset, xr.DataArray)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fretwear.quantity import Parameter
 from fretwear.study.case import case_keys
-from fretwear.study.keys import coordinate as coordinate
 
 
 def parameter(name: str) -> Parameter:
