@@ -75,7 +75,8 @@ def _drawings(summary: xr.Dataset, cases: Path) -> Iterator[tuple[str, Callable[
         if result in summary and not is_constant(summary, result):
             draw = partial(scalar_history, summary, result, history)
             yield result.removesuffix("_x"), draw, ""
-    if "worn_through_cycle" in summary and summary["coating_thickness"].size > 1:
+    lives = summary.get("worn_through_cycle")
+    if lives is not None and lives.notnull().any() and summary["coating_thickness"].size > 1:
         yield "coating_life", partial(coating_life, summary), ""
     chosen = representative_cases(summary)
     paths = {title: cases / f"{case_id}.nc" for title, case_id in chosen.ids.items()}
