@@ -242,7 +242,7 @@ def test_friction_of_one_value_is_a_number():
 def test_friction_that_takes_forever_to_change_is_constant():
     slow, *_ = scalars(following(replace(RISING, energy=1e12)), 300)
     constant, *_ = scalars(replace(following(RISING), friction_law=Coulomb(RISING.start)), 300)
-    for name, value in constant.at_step().items():
+    for name, value in constant.scalars({}, of_steps=True).items():
         assert getattr(slow, name) == near(value, rel=2e-3), name
 
 

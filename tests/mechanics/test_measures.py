@@ -199,7 +199,7 @@ def test_measures_of_the_unworn_sphere_are_those_of_hertz_and_cattaneo(unworn):
         "plastic_volume": (0.0, 0.0),
         "dissipated_energy": (theory.dissipated_energy, 5e-3),
     }
-    assert expected.keys() == found.at_step().keys()
+    assert expected.keys() == found.scalars({}, of_steps=True).keys()
     for name, (value, rel) in expected.items():
         assert getattr(found, name) == near(value, rel=rel), name
 
@@ -284,7 +284,7 @@ def test_a_map_that_is_mirrored_or_turned_has_the_same_measures(signs, is_turned
         waves = Skewed(0.15e-6, 12.0 / A, 12.0 / A, (False, False), **changes)
         problem = fretting(12, roughness=waves, load_ratio=0.6)
         state = first_loading(problem)
-        return Measures(problem, state).at_step()
+        return Measures(problem, state).scalars({}, of_steps=True)
 
     axes = {"_x": "_y", "_y": "_x"} if is_turned else {}
     changed = numbers(signs=signs, is_turned=is_turned)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -50,8 +50,8 @@ class RunRecord:
 
     # States whose fields the dataset holds.
     snapshots: list[State | StrokeState] = field(default_factory=list)
-    # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far, spots that
-    # moved the outlines, and every scalar.
+    # A row for every step: ``cycle``, ``error_estimate``, ``convolutions`` spent so far and, unless
+    # narrower cells must follow, spots that moved the outlines, and every scalar.
     history: list[dict[str, float]] = field(default_factory=list)
     # The state that the run has reached; None before the first loading.
     last: State | StrokeState | None = None
@@ -63,8 +63,8 @@ class RunRecord:
     # matrices, summed over steps; for a stroke, cells in contact at all positions.
     work: float = 0.0
 
-    def add(self, step: Step, *, keep_fields: bool) -> None:
-        """Add a step."""
+    def add(self, step: Step, keep_fields: bool, keep_scalars: bool) -> None:
+        """Add a step, with its fields to the snapshots and its scalars to the history."""
         state, geometry, previous = step.state, step.state.geometry, self.last
         spent, self.last = getattr(previous, "convolutions", 0), state
         if isinstance(state, StrokeState):
@@ -74,9 +74,11 @@ class RunRecord:
             self.work += max(1, state.convolutions - spent) * work
         numbers = {"cycle": state.cycle, "error_estimate": state.error_estimate}
         numbers["convolutions"] = state.convolutions
-        spots = outline_spots(previous, state) if previous else (0, 0)
-        numbers |= zip((CONTACT_SPOTS.name, STICK_SPOTS.name), spots, strict=True)
-        self.history.append(numbers | step.measures.at_step())
+        if keep_scalars:
+            spots = outline_spots(previous, state) if previous else (0, 0)
+            numbers |= zip((CONTACT_SPOTS.name, STICK_SPOTS.name), spots, strict=True)
+            numbers |= step.measures.scalars({}, of_steps=True)
+        self.history.append(numbers)
         if keep_fields:
             self.snapshots.append(state)
 
@@ -143,15 +145,6 @@ def simulate(
     return dataset if quarter else mirrored(dataset)
 
 
-@contextmanager
-def _one_thread(case: Case) -> Iterator[None]:
-    """Matrix products on one thread: cases run side by side, and threads only wait."""
-    if case.loading.stroke:
-        import scipy.linalg  # noqa: F401 - loads its BLAS, so that the limit applies
-    with threadpool_limits(1, user_api="blas"):
-        yield
-
-
 def run(
     case: Case,
     observers: Sequence[Observer] = (),
@@ -175,21 +168,24 @@ def run(
         warn(str(warning))
     if record.width is None:
         record.width = next_width(case, ())
-    while True:
-        assert record.width is not None
-        try:
-            computed = _run_on_cells(case, record.width, record, observers)
-        except (ContactError, WearError):
-            if record.width <= 1.0:
-                raise
-            # Default cells may succeed where wider ones fail.
-            record.begin_anew((), 1.0)
-            continue
-        width = next_width(case, computed.rounds)
-        if width is None:
-            break
-        record.begin_anew(computed.rounds, width)
-    return _labelled(case, computed, record, command, warn, len(foreseen))
+    if case.loading.stroke:
+        import scipy.linalg  # noqa: F401 - loads its BLAS, so that the limit applies
+    # Matrix products on one thread: cases run side by side, and threads only wait.
+    with threadpool_limits(1, user_api="blas"):
+        while True:
+            assert record.width is not None
+            try:
+                computed = _run_on_cells(case, record.width, record, observers)
+            except (ContactError, WearError):
+                if record.width <= 1.0:
+                    raise
+                # Default cells may succeed where wider ones fail.
+                record.begin_anew((), 1.0)
+                continue
+            width = next_width(case, computed.rounds)
+            if width is None:
+                return _labelled(case, computed, record, command, warn, len(foreseen))
+            record.begin_anew(computed.rounds, width)
 
 
 @dataclass(frozen=True)
@@ -221,18 +217,20 @@ def _run_on_cells(
         twin = Twin(asked.on_cells(times * width), times * coarseness)
     problem = wear_problem(case, None, coarseness)
     workspace, snapshots = Workspace(problem), record.snapshots
-    with _one_thread(case):
-        for state in states(case, problem, record.last):
-            step = Step(state, Measures(problem.of(state), state), case.cycles)
-            record.add(step, keep_fields=state.cycle in case.output_cycles)
-            for observer in observers:
-                observer(step)
-            if twin:
-                twin.advance(len(snapshots))
-        if twin:  # of a record that had reached its end
+    # Without errors, wider cells are only the twin of default ones.
+    keep_scalars = width <= 1.0 or bool(twin or record.rounds)
+    for state in states(case, problem, record.last):
+        step = Step(state, Measures(problem.of(state), state), case.cycles)
+        record.add(step, state.cycle in case.output_cycles, keep_scalars)
+        for observer in observers:
+            observer(step)
+        if twin:
             twin.advance(len(snapshots))
-        measures = [Measures(problem.of(state), state, workspace) for state in snapshots]
-        rows = [each.at_snapshot() for each in measures]
+    if twin:  # of a record that had reached its end
+        twin.advance(len(snapshots))
+    measures = [Measures(problem.of(state), state, workspace) for state in snapshots]
+    known = {row["cycle"]: row for row in record.history}
+    rows = [each.scalars(known[each.state.cycle]) for each in measures]
     trouble = twin.trouble if twin else ""
     wider = twin.rows if twin else [row for run in record.rounds[-1:] for row in run.rows]
     scalars, errors = columns_of(rows), ScalarValues()
@@ -283,8 +281,7 @@ def _labelled(
         warn(text)
     history = columns_of(record.history)
     history["convolutions"] = np.diff(history["convolutions"], prepend=0)
-    with _one_thread(case):
-        loops = [each.loop for each in computed.measures]
+    loops = [each.loop for each in computed.measures]
     curves = {
         "force": np.array([curve.force for curve in loops]),
         "displacement": np.array([curve.displacement for curve in loops]),

@@ -36,4 +36,4 @@ def _snapshots(case: Case, coarseness: float) -> Iterator[dict[str, float]]:
     workspace = Workspace(problem)
     for state in states(case, problem):
         if state.cycle in case.output_cycles:
-            yield Measures(problem.of(state), state, workspace).at_snapshot()
+            yield Measures(problem.of(state), state, workspace).scalars({})

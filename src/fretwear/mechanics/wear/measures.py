@@ -6,7 +6,7 @@ contacts end at a tip, whose lowest point lies anywhere in its cell.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import isfinite, nan, pi, sqrt
 from typing import TypeAlias
@@ -65,17 +65,10 @@ class Measures:
         #: of the run, for scalars that need further contact solutions
         self.workspace = workspace or Workspace(problem)
 
-    def at_step(self) -> dict[str, float]:
-        """The scalars that this contact has at every step, by name."""
-        return self._scalars(of_steps=True)
-
-    def at_snapshot(self) -> dict[str, float]:
-        """All scalars that this contact has, by name."""
-        return self._scalars(of_steps=False)
-
-    def _scalars(self, *, of_steps: bool) -> dict[str, float]:
+    def scalars(self, known: Mapping[str, float], *, of_steps: bool = False) -> dict[str, float]:
+        """All scalars that this contact has, or those of every step, by name; some may be known."""
         return {
-            name: getattr(self, name)
+            name: known[name] if name in known else getattr(self, name)
             for name, scalar in _SCALARS.items()
             if (not scalar.needs or scalar.needs(self))
             and not (of_steps and scalar.variable.is_at_snapshots)
@@ -660,15 +653,16 @@ def open_within_outline(cells: Mask, x: Array, y: Array, even: Even) -> int:
         return 0
     position, zone = x[columns], cells[columns]
     top = y[y.size - 1 - zone[:, ::-1].argmax(axis=1)]
-    bottom = -top if even[1] else y[zone.argmax(axis=1)]
+    sides = [top] if even[1] else [top, -y[zone.argmax(axis=1)]]
     if even[0]:
         position = np.concatenate([-position[::-1], position])
-        top, bottom = (np.concatenate([ends[::-1], ends]) for ends in (top, bottom))
+        sides = [np.concatenate([ends[::-1], ends]) for ends in sides]
     held = x[np.searchsorted(x, position[0]) : columns[-1] + 1]
     slack = 1e-6 * float(position[-1] - position[0])
-    highest = np.interp(held, *_highest_chords(position, top)) + slack
-    lowest = -np.interp(held, *_highest_chords(position, -bottom)) - slack
-    counts = np.searchsorted(y, highest, "right") - np.searchsorted(y, lowest, "left")
+    highest, *lowest = (np.interp(held, *_highest_chords(position, ends)) for ends in sides)
+    counts = np.searchsorted(y, highest + slack, "right")
+    for ends in lowest:
+        counts -= np.searchsorted(y, -ends - slack, "left")
     return int(counts.sum()) - int(cells.sum())
 
 
@@ -707,15 +701,18 @@ def _moving_spots(geometry: Geometry, others: Mask, cells: Mask) -> int:
     return sum(enclosed(cells) > enclosed(cells & (spots != spot)) for spot in alone)
 
 
-def _highest_chords(x: Array, heights: Array) -> tuple[Array, Array]:
-    """The corners of the upper convex hull of points in ascending x."""
-    corner = np.zeros(x.size, bool)
-    while not corner.all():
-        # A point that is not above the chord of its neighbours is no corner.
-        slopes = np.diff(heights) / np.diff(x)
-        corner = np.concatenate([[True], slopes[1:] < slopes[:-1], [True]])[: x.size]
-        x, heights = x[corner], heights[corner]
-    return x, heights
+def _highest_chords(x: Array, heights: Array) -> Array:
+    """The corners of the upper convex hull of points in ascending x, shape (2, corners)."""
+    corners: list[tuple[float, float]] = []
+    for point in zip(x.tolist(), heights.tolist(), strict=True):
+        # A corner that is not above the chord of its neighbours is none.
+        while len(corners) > 1:
+            (x0, y0), (x1, y1) = corners[-2:]
+            if (y1 - y0) * (point[0] - x1) > (point[1] - y1) * (x1 - x0):
+                break
+            corners.pop()
+        corners.append(point)
+    return np.array(corners).T
 
 
 def half_extent(x: Array, depth: Array, *, is_even: bool) -> float:
