@@ -184,7 +184,7 @@ class ContactProblem:
         while self.load is not None:
             full: Mask = result >= limit
             weighted = self.weighted(result)
-            held, movable = float(weighted[full].sum()), float(weighted[~full].sum())
+            held, movable = (inner(weighted, part.astype(np.float64)) for part in (full, ~full))
             if self.total <= held:
                 # Saturated cells must yield too.
                 return np.asarray(result * (self.total / (held + movable)))

@@ -34,6 +34,7 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
+from fretwear.mechanics.contact import problem
 from fretwear.mechanics.contact.cells import HalfSpace
 from fretwear.mechanics.contact.problem import ContactError, ContactProblem, Layer, solve_contact
 from fretwear.mechanics.slip.coupled import Sheared, shear
@@ -44,6 +45,7 @@ from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.quantity import Part
 from fretwear.theory import LineContact
 
+# Largest tolerance of a stick zone that vanishes.
 _COARSE = 1e-2
 # At tolerances of this or more, displacements in single precision suffice outside the stick zone.
 _SINGLE_IS_ENOUGH = 1e-6
@@ -210,7 +212,7 @@ class Jaeger(SlipModel):
         if law.follows_slip:
             more = half_space.geometry.integral((law.ratio - 1.0) * pressed.pressure)
             sliding = sliding.with_more(more)
-        result = self._solved(setup, bodies, changed, sliding, start, pressed.tolerance)
+        result = self._solved(setup, bodies, changed, sliding, start, pressed)
         if setup.tilt and (result.pressure > 2.0 * law.ratio * pressed.pressure).any():
             raise ContactError(
                 "the bulk stress moves the stick zone beyond the contact, where slip reverses: "
@@ -226,17 +228,21 @@ class Jaeger(SlipModel):
         shape: Array,
         sliding: Sliding,
         start: ReducedContact | None,
-        tolerance: float,
+        pressed: Pressed,
     ) -> ReducedContact:
-        guess = start.pressure if start is not None and start.pressure.any() else None
-        if sliding.load is not None:
-            if sliding.load <= 0.0:
+        tolerance, load = pressed.tolerance, sliding.load
+        if start is not None and not start.pressure.any():
+            start = None
+        whole = half_space.geometry.integral(pressed.pressure)
+        if load is not None:
+            if load <= 0.0:
                 # At a held approach the normal force falls as the bodies yield and wear.
                 raise ContactError(
                     "µP has fallen below the tangential load, which slides the contact as a whole; "
                     "give tangential_ratio or a displacement instead, or fewer cycles"
                 )
-            return contact_under(half_space, shape, sliding.load, None, guess, tolerance)
+            guess = start.pressure if start else lowered(pressed.pressure, load / whole)
+            return contact_under(half_space, shape, load, None, guess, tolerance)
         lowest, scale, flexibility = float(shape.min()), setup.hertz.approach, sliding.flexibility
         depth = sliding.level - lowest
         if depth <= _NO_DEPTH * scale:
@@ -247,11 +253,12 @@ class Jaeger(SlipModel):
         tolerance = min(tolerance * max(scale / depth, 1.0), _COARSE)
         # P* is at most P.
         low, high, convolutions = 0.0, depth + max(-flexibility, 0.0) * setup.hertz.load, 0
-        tried, power = depth, 1.0 if isinstance(setup.hertz, LineContact) else 1.5
-        if flexibility and guess is not None and start is not None:
+        power = 1.0 if isinstance(setup.hertz, LineContact) else 1.5
+        load, tried = replace(sliding, level=depth).of_smooth(setup.hertz)
+        guess = start.pressure if start else lowered(pressed.pressure, load / whole)
+        if start and flexibility and low < start.approach - lowest < high:
             tried = start.approach - lowest
-        if flexibility and (guess is None or not low < tried < high):
-            tried = min(replace(sliding, level=depth).of_smooth(setup.hertz)[1], high)
+        tried = min(tried, high)
         previous: tuple[float, float] | None = None
         # The excess is continuous and the bracket halves at least every second time, so this ends.
         halves = True
@@ -392,12 +399,22 @@ class CattaneoMindlin(SlipModel):
         return setup.unworn_sliding.of_smooth(setup.hertz)[0] == reduced.load
 
 
+def lowered(pressure: Array, part: float) -> Array:
+    """A guess of the pressure, Pa, under a part of the load: p² of a sphere falls evenly.
+
+    Its sum falls with the power 4/3 of the load.
+    """
+    squared = np.square(pressure)
+    total = part ** (4.0 / 3.0) * float(squared.sum())
+    return np.sqrt(problem.projected(squared, np.inf, total)[0])
+
+
 def contact_under(
     half_space: HalfSpace,
     shape: Array,
     load: float | None,
     approach: float | None,
-    start: Array | None,
+    start: Array,
     tolerance: float,
     flexibility: float = 0.0,
 ) -> ReducedContact:
@@ -408,10 +425,6 @@ def contact_under(
     that the last one missed, so this ends.
     """
     geometry, convolutions = half_space.geometry, 0
-    if start is None:
-        contact = ContactProblem(half_space, shape, load, approach=approach)
-        coarse = solve_contact(contact, None, _COARSE, verified=False)
-        start, convolutions = coarse.pressure, coarse.convolutions
     held: Mask = start > 0
     while True:
         bodies = half_space.cropped(held)

@@ -18,7 +18,7 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.mechanics.slip.coupled import Sheared
-from fretwear.mechanics.slip.models import Pressed, ReducedContact, contact_under
+from fretwear.mechanics.slip.models import Pressed, ReducedContact, contact_under, lowered
 from fretwear.mechanics.wear.state import Pulse, State, WearProblem, Workspace
 from fretwear.theory import HertzContact
 
@@ -26,7 +26,7 @@ from fretwear.theory import HertzContact
 # with which they must predict the next point.
 POINTS, _CONTACTS, _CLOSE = 64, 4, 1e-3
 # Flatter arcs need no contacts: the area of the curve gives them more accurately.
-_STRAIGHT, _TOLERANCE = 1e-6, 3e-5
+_STRAIGHT, _TOLERANCE = 1e-6, 1e-4
 # Contacts of similar shapes start from each other if their loads differ by no more than this part.
 _SIMILAR = 0.2
 # Exponent of the load in the approach of a sphere.
@@ -134,7 +134,7 @@ def _curve(workspace: Workspace, problem: WearProblem, state: State) -> tuple[Ar
         index = int(np.argmax(areas))
         lower, upper = family[index : index + 2]
         load = 0.5 * (lower.load + upper.load)
-        guess = _between(lower, upper, load)
+        guess = lowered(upper.pressure, load / upper.load)
         if number < len(similar) and abs(similar[number][1].load - load) < _SIMILAR * load:
             cells, contact = similar[number]
             guess = cells.resized(contact.pressure, geometry)
@@ -151,19 +151,6 @@ def _curve(workspace: Workspace, problem: WearProblem, state: State) -> tuple[Ar
         if abs(contact.approach - expected) <= _CLOSE * rise:
             break
     return (*_sampled(family, areas, whole), halfway)
-
-
-def _between(lower: ReducedContact, upper: ReducedContact, load: float) -> Array:
-    """A guess of the pressure under a load between those of two contacts, Pa.
-
-    The squared pressure of a sphere falls linearly with P^(2/3), to zero at its edge.
-    """
-    least, most, place = (end**_SPHERE for end in (lower.load, upper.load, load))
-    square, stick = upper.pressure**2, lower.stick
-    fall = square - lower.pressure**2
-    fall = np.where(stick, fall, fall[stick].mean() if stick.any() else square.max())
-    guess: Array = np.sqrt(np.maximum(square - (most - place) / (most - least) * fall, 0.0))
-    return guess
 
 
 def _of_vectors(
