@@ -159,7 +159,7 @@ def test_pressure_near_a_border_asks_for_growth_on_that_side_only(even):
 
 @pytest.mark.parametrize("library", ["ducc0", "scipy"])
 @pytest.mark.parametrize("even", EVEN)
-@pytest.mark.parametrize("shape", [(4, 6), (54, 40)], ids=str)
+@pytest.mark.parametrize("shape", [(4, 6), (54, 40), (120, 40)], ids=str)
 def test_a_convolution_is_that_of_fourier_transforms(shape, even, library, monkeypatch):
     if library == "scipy":
         monkeypatch.setattr(kernels, "ducc0", None)

@@ -34,7 +34,7 @@ def scaled(field: Array) -> tuple[Single, float]:
     return in_single(field, unit), unit
 
 
-def in_single(field: Array, unit: float) -> Single:
+def in_single(field: Real, unit: float) -> Single:
     """A field in some unit, in single precision."""
     result = np.empty(field.shape, np.float32)
     np.multiply(field, 1.0 / unit, out=result, casting="same_kind")
@@ -53,9 +53,7 @@ def dct(kind: int, field: Real, axes: tuple[int, ...], buffer: Real | None = Non
         ducc0.fft.dct(field, axes=axes, type=kind, out=target)
         return target
     result = scipy.fft.dctn(field, type=kind, axes=axes, overwrite_x=target is field)
-    # It may have been computed in the memory of the field.
-    if not np.may_share_memory(result, target):
-        target[...] = result
+    target[...] = result
     return target
 
 

@@ -41,15 +41,13 @@ Inverse = tuple[Index, Single, Callable[[Single], Single]]
 # Tolerances of the elastic state from which yielding starts, and of the contact on wider cells.
 _COARSE, _OF_WIDER = 1e-2, 1e-4
 _ACTIVE_SET_STEPS = 60
-# Factors by which a step reduces the residual of the free cells: `_FIRST` for the first step if the
-# residual at the start is below `_NEAR`, `_WHILE_CHANGING` while more than a fraction `_FEW` of the
-# cells change sides, `_AT_LAST` with nearly the final sets; never below a part of the tolerance.
-_NEAR = 0.02
-_FIRST = 0.05
+# Factors by which a step reduces the residual of the free cells: `_WHILE_CHANGING` while more than
+# a fraction `_FEW` of them change sides, else, and at first, `_PRECISELY`; down to a part of the
+# tolerance.
 _WHILE_CHANGING = 0.5
-_AT_LAST = 0.05
+_PRECISELY = 0.1
 _FEW = 0.02
-_ENOUGH = 0.07
+_ENOUGH = 0.14
 # Least descent of a clipped step; it is 1 if gap and step are opposite in every cell.
 _STEEP = 0.05
 # CG stops by the mean residual, which can hide one bad cell: if the maximum stalls, tighten CG.
@@ -57,7 +55,7 @@ _STALLED = 0.95
 _MORE_CARE = 0.1
 # Single precision of the steps: error of a displacement over its largest value, and the part of the
 # residual that it may reach before the displacement is computed anew.
-_SINGLE = 5e-7
+_SINGLE = 1e-6
 _TRUSTED = 0.1
 # Accuracy of the energy minimum along a step, as a fraction of it, if slopes do not suffice.
 _CLOSED = 1e-12
@@ -272,11 +270,8 @@ class ActiveSet:
             )
         # While many cells still change sides an exact solution does not pay; the start of the
         # caller has most of them right.
-        if self.convolutions > 1:
-            few = changed <= _FEW * np.count_nonzero(self.free)
-            reduction = _AT_LAST if few else _WHILE_CHANGING
-        else:
-            reduction = _FIRST if self.residual < _NEAR else _WHILE_CHANGING
+        few = changed <= _FEW * np.count_nonzero(self.free)
+        reduction = _PRECISELY if few or self.convolutions <= 1 else _WHILE_CHANGING
         enough = self._care * _ENOUGH * tolerance / self.residual
         # In units of the worst violation and of the influence of a cell on itself.
         unit, cells = self.residual * self.scale, self._cells
