@@ -34,10 +34,12 @@ _DEPTH, _LARGEST_WAVE = 2.0, 18.0
 _EVEN, _FAR, _FARTHEST = 6.0, 30.0, 1e12
 # Nodes of a panel, and the phase that it spans at most.
 _NODES, _PHASE = 20, 20.0
-# Cells over which transforms are integrated: within so many h, at least and at most so many; and
-# nodes per cell along an axis, more of them in the cell itself. Beyond, transforms are interpolated
-# linearly between so many distances.
-_NEAR, _LEAST_NEAR, _MOST_NEAR, _PER_CELL, _IN_ITSELF, _PLACES = 8.0, 24, 64, 4, 32, 4000
+# Cells over which transforms are integrated: within so many h, at least and at most so many. Beyond,
+# transforms are interpolated linearly between so many distances.
+_NEAR, _LEAST_NEAR, _MOST_NEAR, _PLACES = 8.0, 24, 64, 4000
+# Nodes per cell along an axis, half of them if it is shorter than a fraction of h; and in the cell
+# itself.
+_PER_CELL, _SHORT, _IN_ITSELF = 4, 0.25, 32
 # Panels of the waves of rings at most.
 _MOST_PANELS = 100
 
@@ -153,7 +155,8 @@ class Film:
             values = self._rest(transform, np.hypot(x, y))
             return _turned(transform, values, x, y)
 
-        nodes, weights = _legendre(_PER_CELL)
+        is_short = max(spacing) <= _SHORT * self.thickness
+        nodes, weights = _legendre(_PER_CELL // 2 if is_short else _PER_CELL)
         x, y = (
             (np.arange(n)[:, None] + 0.5 * nodes) * d for n, d in zip(shape, spacing, strict=True)
         )

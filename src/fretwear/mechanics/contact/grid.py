@@ -404,7 +404,7 @@ class GridHalfSpace(ConvolvedBodies):
         """The same bodies on the smallest window that holds some cells and a margin."""
         return self._on(self.geometry.cropped(cells), self._weights, self.film)
 
-    @property
+    @cached_property
     def coarser(self) -> GridHalfSpace | None:
         """The same bodies on cells twice as wide, if these are many."""
         grid = self.geometry.coarser
