@@ -623,7 +623,7 @@ class Evolution(Integrator[State]):
             bare = np.where(interface.reached(second.wear), interface.depth, 0.0)
             stiff = bare / np.maximum(second.wear, interface.depth) * second.reduced.gap
             stiff *= opens * problem.composite_modulus / base.geometry.widths
-            missed /= 1.0 + TR_BDF2.implicit * step * slope * rates[-1] * stiff
+            missed /= (1.0 + TR_BDF2.implicit * step * slope * rates[-1] * stiff) ** 2
         error = integral(np.minimum(lost(second.reduced.gap, missed), most))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):

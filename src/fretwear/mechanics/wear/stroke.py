@@ -298,7 +298,11 @@ class _Slider(Integrator[StrokeState]):
         allowed = integrator.OVERESTIMATE * integrator.GLIDING * self.tolerance
         if (interface := self.interface) is not None:
             worn[0] = interface.deepened(base.worn[0], worn[0] - base.worn[0])
-            missed = np.stack([interface.slope(worn[0]), np.ones_like(worn[0])]) * missed
+            slope = interface.slope(worn[0])
+            # As for `Evolution`: pressure soon corrects the depth of a place that is just bare.
+            bare = np.where(interface.reached(worn[0]), interface.depth, 0.0) * self.opens
+            stiff = bare / np.maximum(worn[0], interface.depth) / self.rubbing.self_influence
+            missed[0] *= slope / (1.0 + TR_BDF2.implicit * step * slope * rates[0] * stiff) ** 2
         error = float(np.abs(missed).sum() / max(worn.sum(), np.finfo(float).tiny)) / allowed
         state = self._state(end, base.step + 1, last, worn, sunk + last.flow)
         state = replace(state, error_estimate=error * self.tolerance)
