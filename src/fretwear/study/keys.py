@@ -189,7 +189,8 @@ class Keys:
         A misspelt name counts as the nearest key, unless that would replace a given key.
         """
         names = {*names, *(PROPERTIES if MATERIAL in names else ())} - {MATERIAL}
-        meant = {nearest(name, self._own) for name in names if name not in self._own} - {""}
+        near = {nearest(name, self.all_names) for name in names if name not in self._own}
+        meant = {name.partition(".")[0] for name in near} - {""}
         meant = {name for name in meant if not self.replaced_by(name) & names}
         return (names & self._own.keys() | meant) - known
 

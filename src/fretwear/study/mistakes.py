@@ -120,8 +120,14 @@ def nearest_key(name: str, valid: Iterable[str]) -> str:
     from fretwear.results import RESULTS  # most studies have no unknown key
 
     keys = [*dict.fromkeys(valid)]
-    if name.lower() in _OTHER_WORDS:
-        return _OTHER_WORDS[name.lower()]
+    whole, dot, part = name.rpartition(".")
+    if name in keys:
+        return f"write {whole}: {{{part}: …}}; vary and --set take {name}"
+    if dot and (own := [key[len(whole) + 1 :] for key in keys if key.startswith(f"{whole}.")]):
+        return nearest_key(part, own).replace("did you mean '", f"did you mean '{whole}.")
+    hint, there = _OTHER_WORDS.get(name.lower(), ""), {key.rpartition(".")[2] for key in keys}
+    if hint and there.issuperset(re.findall(r"'(\w+)'", hint)):
+        return hint
     if name in RESULTS or name.startswith("hertz_"):
         return "it is a result, which follows from the parameters"
     for whole, dot, part in (key.rpartition(".") for key in keys):
