@@ -113,13 +113,14 @@ def test_every_variable_is_in_its_list(variable):
 def test_every_profile_and_material_is_on_its_page():
     assert all(f"`{name}`" in DATASET for name in MERGED_PROFILES)
     page = (DOCS / "how-to" / "materials.md").read_text(encoding="utf-8")
-    sources = dict.fromkeys(row["source"].partition(" (")[0] for row in material_table().values())
-    for *constants, hardness, source in (row.values() for row in material_table().values()):
-        name, remark, rest = source.partition(" (")
-        cell = f"[{list(sources).index(name) + 1}]{remark}{rest}"
-        cell += f", hardness {hardness}" if hardness else ""
-        row = f"| {' | '.join([*constants, cell])} |"
-        assert row.replace(" GPa |", " |", 1) in page  # the unit of E is in the heading
+    lists = [" ".join(item.split()) for item in ITEM.findall(page)]
+    for name, modulus, ratio, hardness, source in (r.values() for r in material_table().values()):
+        authors, _, remark = source.rstrip(")").partition(" (")
+        remarks = "; ".join(filter(None, (remark, hardness and f"hardness {hardness}")))
+        entry = f"`{name}` {modulus.removesuffix(' GPa')}, {ratio}"
+        entry += f" ({remarks})" if remarks else ""
+        (listed,) = (item for item in lists if re.search(rf"[:;] {re.escape(entry)}(;|$)", item))
+        assert authors.split()[0] in listed
 
 
 def quantities():
