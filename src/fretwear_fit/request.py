@@ -290,7 +290,7 @@ class Measurement(Part):
     baseline: Annotated[
         tuple[Literal[BASELINE], ...],  # type: ignore[valid-type]
         BeforeValidator(_as_tuple),
-        Field(description="Free parts of the base line; none: no part."),
+        Field(description="Free parts of the base line."),
     ] = BASELINE
     value: Annotated[Any, Field(description="A measured number.", json_schema_extra=_TEXT)] = None
     error: Annotated[
@@ -298,7 +298,7 @@ class Measurement(Part):
     ] = None
     columns: Annotated[
         tuple[int | str, ...] | None,
-        Field(description="Columns to use, by number from 0 or by name: [0, 2].", min_length=1),
+        Field(description="Columns by number from 0 or by name: [0, 2].", min_length=1),
     ] = None
     units: Annotated[
         tuple[str, ...] | None,
@@ -319,9 +319,7 @@ class Measurement(Part):
     encoding: Annotated[str | None, Field(description="Encoding of the text, such as latin-1.")] = (
         None
     )
-    unit: Annotated[
-        str | None, Field(description="Unit of lengths, if the file of an instrument lacks it.")
-    ] = None
+    unit: Annotated[str | None, Field(description="Unit of lengths, if the file lacks it.")] = None
 
     def checked(self) -> Self:
         """Read the file or the number, which depend on each other's keys."""

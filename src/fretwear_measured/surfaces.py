@@ -104,7 +104,7 @@ class ProfileIndenter(FromFile, RoundIndenter):
     file: Annotated[
         Source,
         SourceFile("file", "file of the indenter", "tip.csv"),
-        "Two columns, distance from the axis and height, named with units in the first line.",
+        "Distance from the axis and height, with names and units in the first line.",
     ]
     kind: Literal["profile"] = "profile"
 
@@ -206,12 +206,12 @@ class MeasuredRoughness(FromFile, Roughness):
     form: Annotated[
         str,
         FileKey("form", "form removed from the surface", "sphere", FORMS),
-        "Best-fitting shape to subtract; by default as tilt says.",
+        "Best-fitting shape to subtract.",
     ] = ""
     outliers: Annotated[
         str,
         FileKey("outliers", "spikes", "fill", ("keep", "fill"), "keep"),
-        "Whether points that differ from their neighbours by more than 10 rms are filled.",
+        "Whether points more than 10 rms from their neighbours are filled.",
     ] = "keep"
     unit: Annotated[
         str, FileKey("unit", "unit of lengths", "um"), "Unit of lengths, if the file has none."

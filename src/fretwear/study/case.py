@@ -112,7 +112,7 @@ class Case(Setup):
     cell: Annotated[
         tuple[float, float] | None,
         Quantity("m", "$Δ$", "grid spacing", "um", like="0.5 um", gt=0.0, places=AXES),
-        "Grid spacing along x and y; the default resolves contact and waves.",
+        "Grid spacing along x and y.",
     ] = None
     tolerance: Annotated[
         float,
@@ -126,13 +126,13 @@ class Case(Setup):
             "blocks of loading",
             "[{cycles: 2000, tangential_ratio: 0.5}, {cycles: 5000, tangential_ratio: 0.9}]",
         ),
-        "Successive blocks of loading, each with its cycles and what changes: load, displacement "
-        "or force, friction.",
+        "Successive blocks of cycles, each with what changes: load, displacement or force, "
+        "friction.",
     ] = ()
     error_estimate: Annotated[
         bool,
         Plain("", "estimate of errors", "false"),
-        "Whether a run on wider cells estimates the error of every result.",
+        "Whether a run on wider cells estimates errors.",
     ] = True
     accuracy: Annotated[
         float,
@@ -145,12 +145,12 @@ class Case(Setup):
             le=0.2,
             infinite="as on default cells",
         ),
-        "Largest relative error of key results, reached by narrower cells; none: default cells.",
+        "Largest relative error of key results; none: default cells.",
     ] = 0.02
     budget: Annotated[
         float | None,
         Quantity("1", "budget", "budget", like="10", ge=1.0, le=1000.0),
-        "Largest work to reach the accuracy, over that on default cells; 10 by default.",
+        "Largest work over that on default cells; 10 by default.",
     ] = None
     output_cycles: tuple[int, ...] = ()
 

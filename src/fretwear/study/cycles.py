@@ -35,8 +35,8 @@ Snapshots = Annotated[
     auto_or({"type": "array", "items": {"type": ["integer", "string"]}}),
     Field(
         json_schema_extra={"default": "auto"},
-        description="Cycles at which the fields are kept, besides 0 and the last; auto: about "
-        "eight powers of ten and three times these.",
+        description="Cycles of the fields, besides 0 and the last; auto: about eight, evenly "
+        "spaced in the logarithm.",
     ),
 ]
 

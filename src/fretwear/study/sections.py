@@ -39,7 +39,7 @@ class Sections(BaseModel):
     title: Annotated[
         str,
         StringConstraints(strip_whitespace=True, min_length=1, max_length=MAX_TITLE),
-        Field(description="Title for readers; the file names the study."),
+        Field(description="Title for readers."),
     ] = ""
     base: Annotated[
         dict[str, object], Field(description="One value for every parameter that is not varied.")
@@ -55,7 +55,7 @@ class Sections(BaseModel):
     ] = "stop"
     batch: Annotated[
         int | None,
-        Field(ge=1, le=MAX_POINTS, description="Cases of a job; auto: as many as take minutes."),
+        Field(ge=1, le=MAX_POINTS, description="Cases of a job."),
         AUTO,
         auto_or({"type": "integer", "minimum": 1}),
         Field(json_schema_extra={"default": "auto"}),

@@ -43,12 +43,12 @@ class Coating(Part):
     wear_coefficient: Annotated[
         float | None,
         Quantity("Pa-1", r"$K_\mathrm{c}$", "wear coefficient", "/ Pa", like="1e-15 / Pa", gt=0.0),
-        "K_w or α of the layer, until the flat has worn by the thickness; by default as the case.",
+        "K_w or α of the layer until it is worn through; by default as the case.",
     ] = None
     plastic_limit: Annotated[
         float | None,
         Quantity("Pa", r"$p_\mathrm{lim,c}$", "plastic limit", "MPa", like="12 GPa", gt=0.0),
-        "Highest pressure on the layer, until it is worn through; by default as the case.",
+        "Highest pressure on the layer; by default as the case.",
     ] = None
     kind: Literal["elastic_layer"] = "elastic_layer"
 

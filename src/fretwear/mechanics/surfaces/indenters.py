@@ -178,7 +178,7 @@ _HalfWidth = Annotated[
         infinite="no end",
         omitted_value=math.inf,
     ),
-    "Half-width of the punch, which limits the contact. Default: none, edges without end.",
+    "Half-width of the punch; none: without end.",
 ]
 
 

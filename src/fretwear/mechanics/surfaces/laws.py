@@ -368,8 +368,8 @@ class Archard(WearLaw):
             record=OfBodies,
             forms=(PowerLaw,),
         ),
-        "Archard's coefficient, depth per pressure and slip path, of both bodies together or "
-        "[indenter, flat]; or a power law.",
+        "Depth per pressure and slip path, of both bodies together or [indenter, flat]; or a "
+        "power law.",
     ]
     kind: Literal["archard"] = "archard"
 
@@ -398,8 +398,7 @@ class EnergyWear(WearLaw):
             record=OfBodies,
             forms=(PowerLaw, FallingCoefficient, RimAndCore),
         ),
-        "Wear volume per dissipated energy, likewise; or a law that falls with the friction "
-        "power, or rim and core.",
+        "Volume per dissipated energy, likewise; or a law of friction power, or rim and core.",
     ]
     kind: Literal["energy"] = "energy"
 

@@ -174,7 +174,7 @@ class SlidingAmplitude(GrossSliding):
     sliding_amplitude: Annotated[
         float,
         Quantity("m", "$s$", "sliding amplitude", "um", like="25 um", gt=0.0),
-        "Half the stroke of a contact in gross slip, without elastic displacements.",
+        "Half the stroke in gross slip, without elastic displacements.",
     ]
     kind: Literal["sliding_amplitude"] = "sliding_amplitude"
     letter: ClassVar[str] = "s"
@@ -195,7 +195,7 @@ class SlidingDistance(GrossSliding):
     sliding_distance: Annotated[
         float,
         Quantity("m", "$L$", "sliding distance", "m", like="3600 m", gt=0.0),
-        "Path in one direction, as of a block on a ring, divided into cycles, 1000 by default.",
+        "Path in one direction, as of a block on a ring; 1000 cycles by default.",
     ]
     kind: Literal["sliding_distance"] = "sliding_distance"
     travel: ClassVar[float] = 0.0
@@ -233,8 +233,7 @@ class Displacement(Loading):
             ge=0.0,
             omitted_value=0.0,
         ),
-        "Displacement per tangential load of a line contact while nothing slips: the slope of "
-        "the loop after a reversal.",
+        "Displacement per tangential load of a line contact, just after a reversal.",
     ] = 0.0
 
     is_force: ClassVar[bool] = False
@@ -307,8 +306,8 @@ class DisplacementRatio(Displacement):
     displacement_ratio: Annotated[
         float,
         Quantity("1", "$U/U_t$", "displacement ratio", like="0.8", gt=0.0),
-        "Displacement over that at which the unworn smooth contact, without the rig, begins to "
-        "slide as a whole.",
+        "Displacement over that at the onset of gross slip of the unworn smooth contact without "
+        "rig.",
     ]
     kind: Literal["displacement_ratio"] = "displacement_ratio"
 

@@ -195,8 +195,8 @@ class Coulomb(Friction):
             le=GREATEST_FRICTION,
             forms=(OverCycles, OverEnergy),
         ),
-        "Coefficient; or {cycles: [0, 500], values: [0.2, 0.6]}, linear in between; or {start: "
-        "0.2, end: 0.8, energy: 0.5 J/mm^2}, by the energy dissipated at each point.",
+        "Coefficient; {cycles: [0, 500], values: [0.2, 0.6]}, linear in between; or {start: 0.2, "
+        "end: 0.8, energy: 0.5 J/mm^2} by local dissipated energy.",
     ]
     kind: Literal["coulomb"] = "coulomb"
 

@@ -61,13 +61,13 @@ class NormalLoad(Normal):
     load: Annotated[
         float,
         Quantity("N", "$P$", "normal load", "N", gt=0.0),
-        "Normal load P; of a cylinder per length, such as 18.5 N/mm.",
+        "Normal load; of a cylinder per length, 18.5 N/mm.",
     ]
     pulsating_load: Annotated[
         float,
         Quantity("1", "$R_P$", "load ratio", like="0.3", ge=0.0, le=1.0, omitted_value=1.0),
-        "Least over largest load, in phase with the motion; the largest acts at +Q or at one end "
-        "of the stroke; 0: the contact opens.",
+        "Least over largest load; the largest acts at +Q or at one end of the stroke; 0: the "
+        "contact opens.",
     ] = 1.0
     kind: Literal["load"] = "load"
     letter: ClassVar[str] = "P"

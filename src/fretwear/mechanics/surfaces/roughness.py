@@ -262,7 +262,7 @@ class SelfAffineRoughness(Roughness):
     rolloff_wavelength: Annotated[
         float,
         Quantity("m", r"$λ_\mathrm{r}$", "roll-off wavelength", "um", like="80 um", gt=0.0),
-        "Longer waves have the same density; usual for finished surfaces.",
+        "Longer waves have the same density.",
     ]
     shortest_wavelength: Annotated[
         float,
@@ -277,7 +277,7 @@ class SelfAffineRoughness(Roughness):
     anisotropy: Annotated[
         float,
         Quantity("1", "$λ_x/λ_y$", "anisotropy of the roughness", like="1", ge=1e-2, le=1e2),
-        "Wavelengths along x over wavelengths along y; given ones are the shorter.",
+        "Wavelengths along x over those along y; given ones are the shorter.",
     ] = 1.0
     kind: Literal["self_affine"] = "self_affine"
     synonyms: ClassVar[tuple[str, ...]] = ("random", "fractal", "gaussian")

@@ -99,22 +99,22 @@ class Setup:
             like="{thickness: 3 um, youngs_modulus: 400 GPa, poisson_ratio: 0.2}",
             is_second=True,
         ),
-        "Elastic layer on the flat, whose other parameters describe the substrate.",
+        "Elastic layer on the flat.",
     ] = None
     frequency: Annotated[
         float | None,
         Quantity("s-1", "$f$", "frequency", "Hz", like="5 Hz", gt=0.0),
-        "Frequency of the motion, on which some laws of wear depend.",
+        "Frequency, on which some laws of wear depend.",
     ] = None
     debris_fraction: Annotated[
         float,
         Quantity("1", "$γ$", "debris fraction", like="0.85", ge=0.0, le=1.0),
-        "Fraction γ of the worn material that stays between the bodies and carries load.",
+        "Fraction of the worn material that stays and carries load.",
     ] = 0.0
     wear_threshold: Annotated[
         float,
         Quantity("J m-2", "$e_t$", "wear threshold", "mJ/mm^2", like="2 mJ/mm^2", ge=0.0),
-        "Energy per area and cycle that does not wear; only the energy above it does.",
+        "Energy per area and cycle that does not wear.",
     ] = 0.0
     bulk_stress: Annotated[
         float,
