@@ -93,7 +93,7 @@ PROGRAMS = (
     ),
     Program(
         "cfdm", "cfdm==1.13.3.0", FIELD.format(library="cfdm"),
-        CASE, "choose by `nc_get_variable()`; without network, replace `urllib.request.urlopen` by what raises OSError",
+        CASE, "choose by `nc_get_variable()`",
     ),
     Program(
         "cf-python", "cf-python==3.21.0", FIELD.format(library="cf"),
@@ -113,7 +113,7 @@ PROGRAMS = (
         "subprocess.run([checker, '--test', 'cf:1.11', '--criteria', 'lenient', 'case.nc'],"
         " check=True, stdout=subprocess.DEVNULL)\n"
         "file = netCDF4.Dataset('case.nc'); depth = file['wear_depth'][-1].max()",
-        "case files", "takes minutes; in summaries it takes a parameter in Pa for a height",
+        "case files", "takes minutes",
     ),
     Program(
         "VirtualiZarr", f"virtualizarr==2.5.1 {ZARR}",
@@ -159,7 +159,7 @@ PROGRAMS = (
     ),
     Program(
         "nco", "ncks", "ncks -H -C -v maximum_wear_depth -d cycle,-1 -s '%.9g' case.nc",
-        CASE, "joins cases of equal windows only; means count NaN outside the window: use `open_study`",
+        CASE, "joins cases of equal windows only: use `open_study`",
         "ncks --version",
     ),
     Program(

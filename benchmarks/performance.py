@@ -79,8 +79,8 @@ def cases_text(data: Data) -> str:
     ]  # fmt: skip
     header = ["case", "cycles", "processor, s", "memory, MB", "largest printed error"]
     return f"""\
-The contact of the [source study](paper.md) with default settings. Memory is without 90 MB of libraries; the error is the larger one of wear
-volume and contact area at the last cycle.
+The contact of the [source study](paper.md) with default settings. Memory is without 90 MB of libraries; the error is that of wear volume or contact
+area at the last cycle.
 
 {table(header, rows)}
 """
@@ -113,9 +113,7 @@ that keeps its residual below {scientific(contacts.RESIDUAL)}.
 
 {table(["", "processor, s", "residual"], solves)}
 
-In six contacts (smooth, wavy, self-affine; 512² and 1024² cells; cold and after a wear step) {peer} takes {whole} times the processor time of
-fretwear on the whole window and {quarter} times that on a quarter (`python -m benchmarks.performance peers`).
-
+In six contacts {peer} takes {whole} times the processor time of fretwear on the whole window and {quarter} times that on a quarter.
 aspher has no wear and no pressure limit. Use it with `backend="fft"`: with `"h2"` peaks are 0.03 to 1.3 % too high. In partial slip it agrees with
 `coupled` at ν = 0; at ν = 0.3 it reports convergence although the energy of a cycle is 4 % too low or 21 % too high.
 """

@@ -53,8 +53,7 @@ def lead(data: Data) -> str:
     return f"""\
 ![All experiments](images/experiments/together.svg)
 
-{near} of the {len(predicted)} predicted numbers lie within the band of ±30 %; error bars show the scatter of repeats. Numbers are predicted unless
-marked.
+{near} of the {len(predicted)} predicted numbers lie within the band of ±30 %; error bars show the scatter of repeats.
 
 {comparison(compared)}
 

@@ -44,14 +44,10 @@ def measure_baydoun() -> Data:
     worn *= ratios[:, 3] * (ratios[:, :3] ** (0.6, 0.7, -0.3)).prod(axis=1)
     measured = np.array([each["measured"] for each in points])
     off = np.log(measured / worn)
-    # The best coefficient and exponents that these tests leave to any such law.
-    terms = np.column_stack([np.ones(off.size), np.log(ratios[:, :3])])
-    left = off - terms @ np.linalg.lstsq(terms, off)[0]
     return {
         "points": points,
         "scatter": scatter,
         "by_hand": rms(off),
-        "least": rms(left),
     }
 
 
@@ -78,8 +74,7 @@ def text_baydoun(data: Data) -> str:
     return f"""\
 Baydoun, Fouvry, Descartes and Arnaud (Wear 426–427, 2019): blocks of 35NCD16, 5 mm × 5 mm, about 20 000 cycles, 100 MPa, ±100 µm, 1 Hz.
 Coefficient, exponents and friction are the authors', fitted to these tests. Three repeats scatter by {100 * data["scatter"]:.0f} %. Over {len(ratios)} tests the logarithm
-deviates by {every[1]:.2f} (rms), from {low:.2f} ({words(least)}) to {high:.2f} ({words(most)}), the mean by {mean}. The law deviates, not the program: by hand it gives
-{data["by_hand"]:.2f}, with its best numbers {data["least"]:.2f}.
+deviates by {every[1]:.2f} (rms), from {low:.2f} ({words(least)}) to {high:.2f} ({words(most)}), the mean by {mean}. The law evaluated by hand deviates by {data["by_hand"]:.2f}.
 
 {{figure}}
 """

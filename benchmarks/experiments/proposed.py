@@ -34,13 +34,12 @@ def text_proposed(data: Data) -> str:
     ]
     titles = ["cycles", "depth of both, µm", "contact radius, µm", "stick radius, µm"]
     return f"""\
-No published experiment in partial slip was found that states geometry, load, friction, cycles and a scar in numbers. A suitable test: a ball of
-52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the same steel, dry, 50 N, ±20 N, 30 000 cycles, with loops and both scars. Predictions
-at µ = 0.5 and {COEFFICIENT} (`studies/experiments/partial_slip.yaml`):
+No published experiment in partial slip states geometry, load, friction, cycles and a scar in numbers, as far as we know. A suitable test: a ball of
+52100, R = 10 mm, on a polished flat (Ra below 20 nm) of the same steel, dry, 50 N, ±20 N. Predictions at µ = 0.5 and {COEFFICIENT}:
 
 {table(titles, lines)}
 
-The coefficient, the only unknown, determines when a depth is reached, not the profile at that depth.
+The coefficient determines when a depth is reached, not the profile at that depth.
 """
 
 

@@ -62,10 +62,8 @@ def text_cruzado(data: Data) -> str:
     )
     return f"""\
 Cruzado, Zabala, Urchegui and Gomez (Revista de Metalurgia 46, 2010): a block on a steel ring of 20 mm radius, 65 N over 6 mm, 3600 m. The
-coefficient, 2e-15 / Pa, is fitted to the mean worn area. The predicted shape deviates by {off} µm (rms) from three tests.
-
-Finite elements (adaptive mesh, LevelSetWear) took 89 854 s, fretwear {data["seconds"]:.1f} s on another machine; from 800 m on, depths differ by up to
-{100.0 * deeper:.1f} %, half-widths by up to {100.0 * wider:.0f} %.
+coefficient, 2e-15 / Pa, is fitted to the mean worn area. The shape deviates by {off} µm (rms) from three tests. Finite elements (adaptive mesh,
+LevelSetWear) took 89 854 s, fretwear {data["seconds"]:.1f} s on another machine; depths differ by up to {100.0 * deeper:.1f} %, half-widths by up to {100.0 * wider:.0f} %.
 
 {{figure}}
 """
@@ -120,11 +118,8 @@ def measure_mccoll() -> Data:
 def text_mccoll(data: Data) -> str:
     return f"""\
 McColl, Ding and Leen (Wear 256, 2004): a cylinder of 6 mm radius on a flat of the same steel, 18.5 N/mm, ±24.24 µm in the contact, 18 000
-cycles. The coefficients are the authors'; their assignment to the bodies is inferred. The profile deviates by {data["off"]:.2f} µm (rms), less than the
-roughness beside it, {data["rough"]:.2f} µm.
-
-The flat wears {data["depth"][1]:.3f} µm deep in {data["seconds"]:.1f} s of processor time; finite elements gave 2.713 µm (level set) in 20 573 s and 2.706 µm (adaptive mesh)
-in 16 993 s.
+cycles. The coefficients are the authors', assigned to the bodies by inference. The profile deviates by {data["off"]:.2f} µm (rms), the roughness is {data["rough"]:.2f} µm.
+The depth of {data["depth"][1]:.3f} µm takes {data["seconds"]:.1f} s of processor time; finite elements gave 2.713 µm in 20 573 s and 2.706 µm in 16 993 s.
 
 {{figure}}
 """

@@ -81,13 +81,12 @@ def text_laws(data: Data) -> str:
         (f"{each:.3g}" for each in data[name]["numbers"]) for name in FITTED
     )
     return f"""\
-Ti-6Al-4V wears seven times more per energy in slow than in fast motion. Two laws describe this:
+Ti-6Al-4V wears seven times more per energy in slow than in fast motion. Two laws, fitted to seven volumes and [two
+profiles](#u-and-w-scars-arnaud-2021), describe this:
 
 - *falling* with the density of friction power: slow {slow}, fast {fast} mm³/J, decay {decay} mm²/W; debris fraction {data["falling"]["debris"]};
 - *rim and core*: a rim that oxygen reaches wears {rim} mm³/J, the core {core} mm³/J; the rim is {width} mm wide at 1 Hz, with the exponent −{exponent}
-  of the frequency; debris fraction {data["rim and core"]["debris"]}.
-
-They are fitted to seven volumes, which poorly determine the four numbers of rim and core, and to [two profiles](#u-and-w-scars-arnaud-2021).
+  of the frequency; debris fraction {data["rim and core"]["debris"]}. The data determine these four numbers poorly.
 """
 
 
@@ -139,7 +138,7 @@ def text_fouvry2017(data: Data) -> str:
     )
     return f"""\
 Fouvry, Arnaud, Mignot and Neubauer (Tribology International 113, 2017): cylinders on flats, ±75 µm, several frequencies (f), radii (R) and loads
-(P). Friction follows from the measured energy. Repeats scatter by {100 * REPEATS:.0f} to 35 %. **Neither law describes the R and P series** of smaller radii and
+(P). Repeats scatter by {100 * REPEATS:.0f} to 35 %. **Neither law describes the R and P series** of smaller radii and
 loads: at equal power, 133 N/mm wear less per energy than 1066 N/mm. The authors' two coefficients deviate by {" and ".join(authors)} (rms).
 
 {{figure}}
@@ -181,8 +180,7 @@ def measure_pulsating() -> Data:
 
 def text_pulsating(_: Data) -> str:
     return """\
-In 23 tests of both campaigns the load pulsated in phase with the motion; in three the contact opened. RP_f_16, the farthest off, wore less than a
-third of RP_f_21 in twice as many cycles.
+In 23 tests of both campaigns the load pulsated in phase with the motion; in three the contact opened. RP_f_16 is farthest off.
 
 {figure}
 """
@@ -270,8 +268,8 @@ def text_arnaud(data: Data) -> str:
     of_u = u["computed"]["0.9"]["deepest"] / u["deepest"] - 1.0
     return f"""\
 Arnaud, Baydoun and Fouvry (Tribology International 161, 2021): two scars of this contact after 5000 cycles, sum of both bodies, digitised to ±5 µm.
-Coefficients and debris fraction (0.94) of the U are fitted to its profile; rim and core of the W come from the volumes, with a debris fraction of
-0.9, which suits both: it makes the U {percent(abs(of_u))[1:]} too shallow. Half-widths are those at a depth of 10 µm.
+The U is fitted, with a debris fraction of 0.94; rim and core of the W come from the volumes. Their debris fraction of 0.9 makes the U {percent(abs(of_u))[1:]} too
+shallow. Half-widths are those at a depth of 10 µm.
 
 {{figure:u}}
 

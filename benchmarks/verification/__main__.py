@@ -21,7 +21,7 @@ TABLE = (closed_forms, limiting_state, tangential, peers, rings, explicit, direc
 INTRODUCTION = """\
 # Verification
 
-These errors are numerical; [limits](explanation/limits.md) lists what the model leaves out. `python -m benchmarks.verification` repeats the checks
+These errors are numerical; [limits](explanation/limits.md) lists what the model leaves out, [experiments](experiments.md) compares scars. `python -m benchmarks.verification` repeats the checks
 in about {minutes} of one core (extras `test` and `bench`; {versions}).
 """
 
@@ -40,8 +40,8 @@ After very many cycles a smooth elastic contact stops wearing: the stick zone ca
 ## Largest deviations
 
 Steel on steel, R = 10 mm, P = 50 N, µ = 0.5, K_w = 7e-13 / Pa (a = 149 µm, p0 = 1081 MPa), `slip_model: jaeger` except in the last two rows. X is
-Q/µP, τ = 4 K_w µ κ p0 N is 55 after 30000 cycles. Cells are a/110 to a/330 wide, a/14 and a/16 against dense and explicit solutions. Bodies
-yield at 4500 MPa in a narrow band at the edge of the stick zone; by default, a sphere is computed on rings where cells would miss it.
+Q/µP; τ = 4 K_w µ κ p0 N is 55 after 30000 cycles. Cells are a/110 to a/330 wide, a/14 and a/16 against dense and explicit solutions. Bodies
+yield at 4500 MPa in a narrow band at the edge of the stick zone. Default settings compute such a sphere on rings if cells would miss the band.
 
 {table(["what", "against", "largest deviation"], rows, left=3)}
 
@@ -53,14 +53,7 @@ differs by several per cent.
 {coverage.sentence(data["coverage"])}
 ## What does not converge
 
-{peak.sentence(data["peak"])}
-## Experiments
-
-Volumes, depths and widths of scars in [published experiments](experiments.md); the band is ±30 %. Numerical errors are far smaller: deviations come
-from wear laws, friction and the scatter of wear.
-
-![Measured against computed scars of published experiments](images/experiments/together.svg)
-"""
+{peak.sentence(data["peak"])}"""
 
 
 PAGE = Page(

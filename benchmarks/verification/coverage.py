@@ -275,9 +275,8 @@ def sentence(data: Data) -> str:
 {min(shares):.0%} ({least}) to {max(shares):.0%} do. The largest true error is {found["largest"]:.0%} (plastic volume and late energy of rough contacts).
 {silent} with an error above {LARGE_ERROR:.0%} had a warning.
 
-The {len(everything)} cases of {BASE["cycles"]} cycles were drawn at random{without}: smooth and rough, elastic, yielding and coated, all indenters and
-loadings, X = {_range(RATIOS)}. The truth comes from cells {REFERENCE:g} times narrower. `python -m benchmarks.verification coverage` takes an hour of
-two cores.
+The {len(everything)} cases of {BASE["cycles"]} cycles were drawn at random{without}: all surfaces, indenters and loadings, X = {_range(RATIOS)}. The
+truth comes from cells {REFERENCE:g} times narrower (`python -m benchmarks.verification coverage`).
 """
     return re.sub(r"(?<=\d)%", " %", text)
 
