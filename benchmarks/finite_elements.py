@@ -254,12 +254,12 @@ def text(data: Data) -> str:
     ratios = [f"{seconds[n] / seconds[n + 1]:.0f}" for n in range(0, len(seconds), 2)]
     return f"""\
 A steel cylinder, R = {RADIUS:.0f} mm, on a flat of the same steel in plane strain: P = {data["load"]:.0f} N/mm, µ = {FRICTION}, first loading to
-Q/µP = {data["share"]:.2f} (10 µm; with 15 µm a little less). Deviations from the closed forms of line contacts under the same forces; of the
-shear traction, the largest in the inner nine tenths of the stick zone.
+Q/µP = {data["share"]:.2f} (10 µm; with 15 µm a little less). The table has deviations from the
+closed forms of line contacts under the same forces; for shear, the largest one within nine tenths of the stick zone.
 
 {table(titles, lines)}
 
-fretwear deviates by {largest:.2f} % at most and takes {seconds[-1]:.2f} s: CalculiX needs {" and ".join(ratios)} times as much, for a contact without wear. It locates the
+fretwear deviates by {largest:.2f} % at most and takes {seconds[-1]:.2f} s: CalculiX needs {" and ".join(ratios)} times as much, for a contact without wear. CalculiX locates the
 edge of the stick zone to within an element, and its shear traction oscillates inside. Its energy depends on what counts as slip: here the relative
 displacement less its elastic part, the shear traction over the stick stiffness.
 
@@ -296,8 +296,7 @@ PAGE = Page(
     """\
 # Against finite elements
 
-`python -m benchmarks.finite_elements` repeats the comparison in about {minutes} of one core (CalculiX 2.20 as `ccx`; {versions}). Vertical lines in
-the figure mark the edge of the stick zone by the closed form.
+`python -m benchmarks.finite_elements` repeats the comparison in about {minutes} of one core (CalculiX 2.20 as `ccx`; {versions}).
 
 """,
     (Section("cylinder", "A cylinder in partial slip", measure, text, figures=lambda data: {"": draw(data)}),),

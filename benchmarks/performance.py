@@ -108,8 +108,8 @@ def peers_text(data: Data) -> str:
     whole, quarter = (f"{min(each):.1f} to {max(each):.1f}" for each in ratios.values())
     peer = data["fastest"][0][-1]["name"]
     return f"""\
-The first loading of a smooth sphere on {CELLS}² cells. One code computes all residuals; each program has the largest tolerance, in steps of √10,
-that keeps its residual below {scientific(contacts.RESIDUAL)}.
+The first loading of a smooth sphere on {CELLS}² cells. All residuals are computed by one code. Tolerances are the largest, in steps of
+√10, that keep them below {scientific(contacts.RESIDUAL)}.
 
 {table(["", "processor, s", "residual"], solves)}
 

@@ -45,7 +45,7 @@ yield at 4500 MPa in a narrow band at the edge of the stick zone. Default settin
 
 {table(["what", "against", "largest deviation"], rows, left=3)}
 
-Late energy deviates most on a self-affine surface, by less than 2 % on smooth and wavy ones. Late slip in single cells beside the edge of stick
+Late energy deviates most on a self-affine surface; on smooth and wavy ones by less than 2 %. Late slip in single cells beside the edge of stick
 differs by several per cent.
 
 ## Estimated against true errors
