@@ -53,11 +53,18 @@ def test_the_version_is_printed():
     assert said == f"fretwear {fretwear.__version__}\n"
 
 
-def test_help_does_without_the_libraries_of_the_computation():
-    listed = "import sys, fretwear.cli.program; print(*sys.modules)"
-    program = [sys.executable, "-c", listed]
-    said = subprocess.run(program, capture_output=True, text=True, check=True).stdout
-    assert not {"numpy", "scipy", "xarray", "pandas", "pydantic"} & {*said.split()}
+@pytest.mark.parametrize(
+    ("command", "spared"),
+    [
+        ("--help", {"numpy", "scipy", "xarray", "pandas", "pydantic"}),
+        pytest.param("plan studies/demo.yaml", {"scipy", "xarray"}, marks=pytest.mark.slow),
+    ],
+)
+def test_a_command_does_without_libraries_that_it_does_not_need(command, spared):
+    listed = "import sys, atexit, fretwear.cli as cli; atexit.register(lambda: print(*sys.modules))"
+    program = [sys.executable, "-c", f"{listed}; cli.main()", *command.split()]
+    done = subprocess.run(program, capture_output=True, text=True, check=True, cwd=workspace())
+    assert not spared & {*done.stdout.split()}
 
 
 MADE = [".gitignore", "Snakefile", "profiles/default/config.yaml", "profiles/slurm/config.yaml"]

@@ -1,5 +1,7 @@
 """The command line; large libraries are imported by the commands that need them."""
 
+import gc
+import os
 import signal
 import sys
 from types import FrameType
@@ -13,6 +15,9 @@ def main() -> None:
         # A process started by nohup outlives its terminal.
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _stop)
+    # Loading is a tenth faster with little garbage collection, and without a search for plug-ins.
+    gc.set_threshold(100_000)
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     try:
         from fretwear.cli.program import app
 

@@ -177,11 +177,9 @@ class EllipticContact(HertzContact):
         cls, radius_x: float, radius_y: float, load: float, composite_modulus: float
     ) -> EllipticContact:
         """Contact of bodies with given relative radii of curvature, m."""
-        from scipy.special import elliprd
-
         ratio = _axis_ratio(radius_x / radius_y)
         # 1/2R_x = (p₀/E*) (b/a²) R_D(0, b²/a², 1)/3 with half-axes a, b along x, y.
-        integral = float(elliprd(0.0, ratio**2, 1.0)) / 3.0
+        integral = _carlson_d(ratio**2, 1.0) / 3.0
         radius = 4.0 / math.pi * radius_x * integral * ratio * math.sqrt(ratio)
         return cls(radius, load, composite_modulus, ratio)
 
@@ -194,10 +192,9 @@ class EllipticContact(HertzContact):
     @property
     def approach(self) -> float:
         """δ = (p₀/E*) b K, m."""
-        from scipy.special import ellipkm1
-
         short, long = sorted(self.half_widths)
-        integral = float(ellipkm1((short / long) ** 2))
+        square = (short / long) ** 2
+        integral = (square * _carlson_d(1.0, square) + _carlson_d(square, 1.0)) / 3.0
         return integral * short * self.peak_pressure / self.composite_modulus
 
     def shear_weights(self, angle: float = 0.0) -> tuple[float, float, float]:
@@ -221,14 +218,23 @@ class EllipticContact(HertzContact):
 @lru_cache(maxsize=4096)
 def _axis_ratio(radius_ratio: float) -> float:
     """b/a of the half-axes along y and x from R_x/R_y: R_x/R_y = R_D(0, 1, k²)/R_D(0, k², 1)."""
-    from scipy.special import elliprd
-
     def excess(logarithm: float) -> float:
         # The more the ellipse extends along y, the flatter the gap along y.
         square = math.exp(2.0 * logarithm)
-        return float(elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0)) - radius_ratio
+        return _carlson_d(1.0, square) / _carlson_d(square, 1.0) - radius_ratio
 
     return math.exp(find_root(excess, -math.log(1e6), math.log(1e6)))
+
+
+def _carlson_d(y: float, z: float) -> float:
+    """R_D(0, y, z) by duplication: Carlson (1995), Numerical Algorithms 10, 13-26."""
+    x, total, part = 0.0, 0.0, 1.0
+    while max(x, y, z) - min(x, y, z) > 1e-8 * z:
+        root = math.sqrt(z)
+        mean = math.sqrt(x * y) + (math.sqrt(x) + math.sqrt(y)) * root
+        total += 3.0 * part / (root * (z + mean))
+        x, y, z, part = (x + mean) / 4.0, (y + mean) / 4.0, (z + mean) / 4.0, part / 4.0
+    return total + part / math.sqrt((x + y + 3.0 * z) / 5.0) ** 3
 
 
 class Reduced(Protocol):
@@ -359,8 +365,21 @@ class RoundContact(HertzContact):
 
 
 def find_root(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Zero, to rounding, of a function positive at ``low`` and negative at ``high``."""
-    from scipy.optimize import brentq  # takes a quarter of a second
+    """Zero, to rounding, of a function positive at ``low`` and negative at ``high``.
 
-    tolerances = {"xtol": _TINY, "rtol": 4.0 * np.finfo(float).eps}
-    return float(brentq(falling, low, high, **tolerances, maxiter=1000))
+    Ridders (1979), IEEE Transactions on Circuits and Systems 26, 979-980; SciPy takes long to load.
+    """
+    positive, negative, root = falling(low), falling(high), math.nan
+    while low < (place := 0.5 * (low + high)) < high:
+        middle, step, last = place, place - low, root
+        value = falling(middle)
+        root = middle + step * value / (math.sqrt(value**2 - positive * negative) or 1.0)
+        for place in (middle, root):
+            value = value if place == middle else falling(place)
+            if value == 0.0 or place == last:
+                return place
+            if value > 0.0 and place > low:
+                low, positive = place, value
+            elif value < 0.0 and place < high:
+                high, negative = place, value
+    return place
