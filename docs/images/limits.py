@@ -20,8 +20,8 @@ MODELS = {"cerruti": "along x (cerruti)", "jaeger": "alike in all directions (ja
 @styled
 def figure() -> JournalFigure:
     """Wear beside both axes by two slip models, and the pressure on cells of three widths."""
-    page = JournalFigure(2, 62.0)
-    depths, peaks = page.subplots(1, 2)
+    page = JournalFigure(1, 120.0)
+    depths, peaks = page.subplots(2, 1)
     for (model, words), tint in zip(MODELS.items(), CATEGORICAL, strict=False):
         # An ellipsoid is computed on a grid whatever the model.
         shape = {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "10.0001 mm"}
