@@ -296,7 +296,7 @@ class _Slider(Integrator[StrokeState]):
         )
         worn = base.worn + worn
         allowed = integrator.OVERESTIMATE * integrator.GLIDING * self.tolerance
-        if (interface := self.interface) is not None:
+        if (interface := self.interface) is not None and interface.ratio != 1.0:
             worn[0] = interface.deepened(base.worn[0], worn[0] - base.worn[0])
             slope = interface.slope(worn[0])
             # As for `Evolution`: pressure soon corrects the depth of a place that is just bare.
