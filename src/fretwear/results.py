@@ -130,6 +130,7 @@ displacement | m | $δ_x$ | µm | tangential displacement | |
     "z | m | $z$ | µm | depth below the surface of the flat | Z | positive downwards"
 )
 HEADLINES = (
+    "worn_through_cycle",
     "wear_volume",
     "maximum_wear_depth",
     "contact_radius",

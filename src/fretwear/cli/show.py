@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _MORE_RESULTS = (
     *("approach", "tangential_displacement", "plastic_volume"),
-    *("worn_through_cycle", "exposed_area", "coating_left"),
+    *("exposed_area", "coating_left"),
     *("mean_slip_friction", "central_pressure", "peak_pressure"),
 )
 _COMPARED = ("plastic_volume", "central_pressure", "peak_pressure")

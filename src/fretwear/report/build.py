@@ -35,8 +35,8 @@ _TRACE = 0.01  # share of the largest value below which a relative error means n
 _MOST_ROWS = 2000
 _PAGE_WIDTH = 190.0 / 25.4 * 72.0  # of a figure over two columns of a journal, points
 # Figures in reading order; other figures are behind a fold.
-_FIRST = ["fretting_map", "contact_", "stick_", "wear_map", "pressure_", "shear_", "wear_profiles"]
-_FIRST += ["gap_profiles", "wear_rate_profiles"]
+_FIRST = ["fretting_map", "coating_life", "exposed_area", "contact_", "stick_", "wear_map"]
+_FIRST += ["pressure_", "shear_", "wear_profiles", "gap_profiles", "wear_rate_profiles"]
 
 
 class Section(NamedTuple):
