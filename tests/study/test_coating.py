@@ -100,6 +100,21 @@ def test_a_plan_shows_how_thick_and_how_stiff_a_coating_is(tmp_path):
     assert float(thin[pressure]) > 1.0
 
 
+def test_what_varies_of_a_coating_is_not_taken_for_the_substrate(tmp_path):
+    varied = {
+        "coating.youngs_modulus": ["300 GPa", "400 GPa"],
+        "coating.poisson_ratio": [0.1, 0.2],
+        "coating.wear_coefficient": ["1e-15 / Pa", "2e-15 / Pa"],
+        "coating.plastic_limit": ["10 GPa", "12 GPa"],
+    }
+    file = write_study(tmp_path / "study.yaml", two_loads(base=base(coating=HARD), vary=varied))
+    study = load_study(file)
+    assert [*study.sizes] == [name.replace(".", "_") for name in varied]
+    coordinates = next(iter(study.points())).scalar_coordinates()
+    assert coordinates["youngs_modulus"][0] == near(208e9)
+    assert coordinates["coating_youngs_modulus"][0] == near(300e9)
+
+
 def test_stresses_below_a_coating_are_refused():
     case = steel(coating=HARD, slip_model="jaeger", cycles=1, error_estimate=False)
     with pytest.raises(StressError, match="the flat has a coating"):

@@ -79,8 +79,8 @@ class Axis:
     @property
     def coordinate(self) -> str:
         """Name as a dataset coordinate."""
-        key, own = case_keys()[self.name], self.name.partition(".")[2]
-        is_open = own and key.kind is not None and key.field in case_keys().names
+        key = case_keys()[self.name]
+        is_open = "." in self.name and key.field in case_keys().open_keys[key.member]
         return key.field if is_open else coordinate(self.name)
 
     @cached_property

@@ -291,8 +291,8 @@ class _Slider(Integrator[StrokeState]):
             return None
         ended = rates * last.means
         worn, missed = (
-            step * sum(w * rate for w, rate in zip(weights, (started, halfway, ended), strict=True))
-            for weights in (TR_BDF2.weights, TR_BDF2.difference)
+            np.asarray(step * (a * started + b * halfway + c * ended))
+            for a, b, c in (TR_BDF2.weights, TR_BDF2.difference)
         )
         worn = base.worn + worn
         allowed = integrator.OVERESTIMATE * integrator.GLIDING * self.tolerance
