@@ -218,6 +218,7 @@ class EllipticContact(HertzContact):
 @lru_cache(maxsize=4096)
 def _axis_ratio(radius_ratio: float) -> float:
     """b/a of the half-axes along y and x from R_x/R_y: R_x/R_y = R_D(0, 1, k²)/R_D(0, k², 1)."""
+
     def excess(logarithm: float) -> float:
         # The more the ellipse extends along y, the flatter the gap along y.
         square = math.exp(2.0 * logarithm)

@@ -34,8 +34,8 @@ _DEPTH, _LARGEST_WAVE = 2.0, 18.0
 _EVEN, _FAR, _FARTHEST = 6.0, 30.0, 1e12
 # Nodes of a panel, and the phase that it spans at most.
 _NODES, _PHASE = 20, 20.0
-# Cells over which transforms are integrated: within so many h, at least and at most so many. Beyond,
-# transforms are interpolated linearly between so many distances.
+# Cells over which transforms are integrated: within so many h, at least and at most so many.
+# Beyond, transforms are interpolated linearly between so many distances.
 _NEAR, _LEAST_NEAR, _MOST_NEAR, _PLACES = 8.0, 24, 64, 4000
 # Nodes per cell along an axis, half of them if it is shorter than a fraction of h; and in the cell
 # itself.
