@@ -31,8 +31,9 @@ from fretwear.mechanics.contact.kernels import dct, filtered, in_single
 
 # Rows of so many bytes are transformed together; they fit the cache of a core.
 _BLOCK_BYTES = 2**20
-# Up to so many cells along an axis, matrices of cosines are faster than transforms.
-_DENSE = 54
+# If a square with the cells along both axes as its side takes at most so many bytes, matrices of
+# cosines are faster than transforms.
+_DENSE_BYTES = 110_000
 
 
 class Convolution(ABC, Generic[Real]):
@@ -109,7 +110,7 @@ class QuarterConvolution(Convolution[Real]):
 
     def _filtered(self, field: Real, factors: Sequence[Real]) -> Real:
         sizes = [*zip(field.shape, factors[0].shape, strict=True)]
-        if max(field.shape) <= _DENSE:
+        if sum(field.shape) ** 2 * field.itemsize <= _DENSE_BYTES:
             along_x, along_y = (_cosines(*size, field.dtype) for size in sizes)
             waves: Real = along_x[0] @ field @ along_y[0].T
             waves *= factors[0]
