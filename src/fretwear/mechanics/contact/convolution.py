@@ -116,13 +116,14 @@ class QuarterConvolution(Convolution[Real]):
             waves *= factors[0]
             result: Real = along_x[1].T @ waves @ along_y[1]
             return result
-        even, *odd = np.hsplit(factors[0], factors[0].shape[1] // field.shape[1])
+        columns, all_columns = sizes[1]
+        even, *odd = (factors[0][:, n : n + columns] for n in range(0, all_columns, columns))
         both: Real = np.empty((2, *field.shape), field.dtype) if odd else field[None]
         kinds = ((2, 3), (4, 4))[: len(both)]
         for wave, (forward, _) in zip(both, kinds, strict=True):
             dct(forward, field, (0,), buffer=wave)
         rows = both.reshape(even.shape)
-        count = max(1, _BLOCK_BYTES // (field.itemsize * field.shape[1]))
+        count = max(1, _BLOCK_BYTES // (field.itemsize * columns))
         for first in range(0, len(rows), count):
             block = slice(first, first + count)
             part = rows[block]
