@@ -222,5 +222,8 @@ def test_lives_of_coatings_stand_over_their_thickness_with_errors():
     np.testing.assert_allclose(rough.get_xydata(), [[1.0, 10.0], [2.0, 30.0], [4.0, 80.0]])
     (bars,) = axes.containers[0][2]
     np.testing.assert_allclose(bars.get_segments()[0][:, 1], [18.0, 22.0])
+    sample = study.isel(friction=0, drop=True).rename_dims(coating_thickness="point")
+    (points,) = figures.coating_life(sample).axes[0].containers
+    assert points[0].get_linestyle() == "None"
     with pytest.raises(ValueError, match="No coating is worn through"):
         figures.coating_life(study.isel(cycle=[0]))

@@ -7,7 +7,11 @@ import pytest
 import xarray as xr
 
 from fretwear import figures
+from fretwear.data.files import open_summary
 from fretwear.figures.study import study_figures, write_study_figures
+from fretwear.study.reading import load_study
+
+from ..studies import base, run_study, write_study
 
 
 def test_a_fretting_map_shows_the_regime_over_load_and_displacement():
@@ -67,3 +71,20 @@ def test_files_and_index_agree(small_study, tmp_path):
         assert (tmp_path / name).read_bytes() == (tmp_path / "2" / name).read_bytes()
     nothing = summary.assign(status=summary["status"] + 1)
     assert [*study_figures(nothing, small_study.cases)] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("thickest", ["2 nm", "2 um"])
+def test_lives_of_coatings_are_drawn_if_one_is_worn_through(thickest, tmp_path, check_texts):
+    layer = {"youngs_modulus": "400 GPa", "poisson_ratio": 0.2}
+    cylinder = {"indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "100 N/mm"}
+    coated = base(radius=None, coating=layer, cell="8 um", error_estimate=False, **cylinder)
+    varied = {"coating.thickness": {"from": f"1 {thickest[2:]}", "to": thickest}}
+    sample = {"kind": "sobol", "points": 8, "seed": 1}
+    content = {"title": "Coated", "base": coated, "vary": varied, "design": sample}
+    run_study(load_study(write_study(tmp_path / "study.yaml", content)), tmp_path)
+    with open_summary(tmp_path / "summary.nc") as summary:
+        drawn = {each.name: each.figure for each in study_figures(summary, tmp_path / "cases")}
+    assert ("coating_life" in drawn) == (thickest == "2 nm")
+    for figure in drawn.values():
+        check_texts(figure)

@@ -222,13 +222,17 @@ def coating_life(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     thickness, label = parameter_values(dataset, "coating_thickness")
     figure, axes = one_panel(1, 56.0, ax)
     others, tints = [*dims[:along], *dims[along + 1 :]], itertools.cycle(CATEGORICAL)
+    # Points of a sample differ in more than the thickness.
+    style = "o" if POINT.name in dims else "o-"
     for place, tint in zip(np.ndindex(life.shape[:-1]), tints, strict=False):
         order = [i for i in np.argsort(thickness) if np.isfinite(life[place][i])]
         values = thickness[order], life[place][order], error[place][order]
         words = level_text(dataset, dict(zip(others, place, strict=True)))
-        axes.errorbar(*values, color=tint, marker="o", label=words or None)
+        axes.errorbar(*values, fmt=style, color=tint, label=words or None)
     axes.set(xscale="log", yscale="log", xlabel=label, ylabel="Cycle of wear through")
-    axes.set_xticks(thickness, [f"{each:g}" for each in thickness])
+    many = np.nanquantile(thickness, (0.0, 0.5, 1.0), method="nearest")
+    ticks = many if POINT.name in dims or thickness.size > MOST_KEYED else thickness
+    axes.set_xticks(ticks, [f"{each:.3g}" for each in ticks])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.margins(0.08)
     if others:
