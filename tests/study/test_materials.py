@@ -31,6 +31,11 @@ def test_every_material_is_a_pair_of_elastic_constants_with_a_source():
         assert row["source"].split("(")[0].strip()[-4:].rstrip("ab").isdigit()
 
 
+def test_titanium_nitride_is_not_tin():
+    found = [Case(**GIVEN, material=name).youngs_modulus for name in ("TiN", "tin", "Tin")]
+    assert found == [290e9, 49.9e9, 49.9e9]
+
+
 def test_a_material_is_short_for_its_constants_which_given_values_replace():
     written = Case(**GIVEN, youngs_modulus="207 GPa", poisson_ratio=0.3)
     assert Case(**GIVEN, material="52100") == written

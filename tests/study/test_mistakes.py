@@ -57,7 +57,7 @@ output: [0, 9] || output = [0, 9]: must be a mapping | its keys are cycles
 base/coating: 3 um || its keys are thickness, youngs_modulus
 base/coating: {thickness: 3 um, material: TiN} || coating.material = TiN | only base takes it
 base/coating: {thickness: 3 um, body: flat} || coating.body = flat: is not known | its keys are
-base/coating: none, vary/coating_thickness: [1 um] || vary.coating_thickness = [1 um]: is
+base/coating: none, vary/coating_thickness: [1 um] || study.yaml: vary.coating_thickness
 base/coating: none, vary/coating.K: [1] || did you mean 'coating.wear_coefficient'?
 base/coating.thickness: 1 um || write coating: {thickness: …}; vary and --set take coating.thickness
 base/load: 2 kg | vary/load | did you mean '2 kgf', 19.61 N?

@@ -37,9 +37,13 @@ def material_table() -> Mapping[str, Mapping[str, str]]:
 
 
 def row_of(name: object) -> Mapping[str, str] | None:
-    """The row of a material by its name in any standard; None if there is none."""
-    names = {row.casefold(): row for row in material_table()} | _ALSO
-    return material_table().get(names.get(str(name).casefold(), ""))
+    """The row of a material by its name in any standard; None if there is none.
+
+    Capitals tell TiN from tin alone.
+    """
+    table = material_table()
+    names = {row.casefold(): row for row in reversed([*table])} | _ALSO
+    return table.get(str(name)) or table.get(names.get(str(name).casefold(), ""))
 
 
 def _known(name: object) -> object:
