@@ -47,11 +47,10 @@ MARGINS: dict[ErrorKind, Margins] = {
 """Chosen by `coverage` of `benchmarks.verification`: 95 % of the true errors are smaller."""
 
 _LEAST_LOAD = 1e-3  # outside the stick zone, over the whole load
-# Margin for steps, at least, where friction follows slip: both runs take the same steps, in which
-# the edge of the stick zone passes cells whose friction has changed.
-_FOLLOWING_FRICTION = 0.06
-# Likewise where a coating wears through: place by place, between two steps of both runs.
-_WEARING_THROUGH = 0.2
+# Margin for steps, at least, where friction follows slip or a coating wears through: both runs take
+# the same steps, in which the edge of stick passes cells whose friction has changed, and places
+# become bare.
+_PLACE_BY_PLACE = 0.06
 
 
 def columns_of(rows: Sequence[Mapping[str, float]]) -> ScalarValues:
@@ -80,13 +79,11 @@ def cell_errors(
     errors: ScalarValues = {}
     waves = (4.0 * min(each.finest) / each.cells for each in case.surfaces.values())
     cell = case.width_at_edges / min(case.hertz_radius, *waves)
-    of_events = max(
-        _FOLLOWING_FRICTION * case.friction_law.follows_slip, _WEARING_THROUGH * case.changes_below
-    )
+    least = _PLACE_BY_PLACE * (case.friction_law.follows_slip or case.changes_below)
     for name, values in scalars.items():
         kind = RESULTS[name].error_kind
         margins = MARGINS[kind]
-        steps = max(margins.steps, of_events)
+        steps = max(margins.steps, least)
         source = "dissipated_energy" if kind in ("volume", "depth") else name
         usual = _usual(scalars[source], twin[source])
         if case.changes_below:
