@@ -321,13 +321,13 @@ def test_wear_through_a_coating_usually_errs_by_itself_too():
     layer = {"thickness": "1 um", "youngs_modulus": "300 GPa", "poisson_ratio": 0.2}
     worn = {"wear_coefficient": "1e-16 / Pa"}
     size, margins = 0.1 / np.hypot(1.0, 1.1) / np.sqrt(3.0), MARGINS["volume"]
-    for more, usual, steps in (({}, 0.0, 0.0), (worn, margins.usual * size, 6e-4)):
+    for more, usual, bare in (({}, 0.0, 0.0), (worn, margins.usual * size, 6e-4)):
         case = make(coating={**layer, **more})
         found = cell_errors(case, *runs, 2.0, 0.0 * one)["wear_volume"]
         np.testing.assert_allclose(found[0], usual)
         # Places become bare between two steps, of which there are none before cycle 0.
         apart = margins.apart * 0.1 / np.sqrt(3.0)
-        np.testing.assert_allclose(found[1], np.linalg.norm([apart, 1.1 * usual, steps]))
+        np.testing.assert_allclose(found[1], np.linalg.norm([apart, 1.1 * usual, bare]))
 
 
 def test_what_is_left_of_a_coating_errs_as_the_depth_that_is_worn():
