@@ -41,6 +41,7 @@ base/friction: 50 || base.friction = 50: must be larger than 0 and at most 10 | 
 base/friction: {cycles: [0, 9], values: [0.2, 60]} || friction[1] = 60 | did you mean '60 %'?
 base/friction: {start: 20, end: 0.6, energy: 1 J/m^2} || start = 20 | did you mean '20 %'?
 base/cell: 1 mm || base.cell = 1 mm: is too coarse for the contact | or leave cell out
+base/indenter: {kind: crossed_cylinders, radii: 1 mm, angle: 1e-4 deg} | base/radius | a cylinder
 base/debris_fraction: 85 || at most 1 | did you mean '85 %'?
 base/roughness: {kind: wavy, amplitude: 1 um} || base.roughness.slope_x: is missing
 base/roughness: {kind: measured, file: no.x3p} || base.roughness.file = no.x3p: is no file that

@@ -242,3 +242,11 @@ def test_cylinders_and_punches_with_rounded_edges_deform_into_their_gap(contact,
     loads = (0.999 * contact.load, 1.001 * contact.load)
     low, high = (contact.with_load(load).approach for load in loads)
     assert (high - low) / (loads[1] - loads[0]) == pytest.approx(contact.compliance, rel=1e-5)
+
+
+@pytest.mark.parametrize("zero", [-9.0, 0.0, 0.3, 2.0, 9.0])
+def test_a_root_outside_its_ends_is_the_nearest_end(zero):
+    def convex(x):
+        return (zero - x) * (1.0 + (x - zero) ** 2 * (zero > x))
+
+    assert theory.find_root(convex, 0.0, 2.0) == exactly(min(max(zero, 0.0), 2.0))

@@ -34,8 +34,7 @@ class LineContact(HertzContact):
         def missing(folds: float) -> float:
             return approach - self.with_load(most * math.exp(folds)).approach
 
-        folds = find_root(missing, _LIGHTEST, 0.0) if missing(0.0) < 0.0 else 0.0
-        return self.with_load(most * math.exp(folds))
+        return self.with_load(most * math.exp(find_root(missing, _LIGHTEST, 0.0)))
 
     def scar_half_width(self, volume: float, radius: float) -> float:
         """Half-width, m, of a body of a radius, m, that has lost a volume per length, m².

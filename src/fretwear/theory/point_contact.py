@@ -311,8 +311,7 @@ class RoundContact(HertzContact):
     def under(cls, profile: Reduced, load: float, composite_modulus: float) -> Self:
         """Contact of a profile under a load, N."""
         edge, load_at = profile.reach, cls(1.0, load, composite_modulus, profile=profile).load_at
-        if load < load_at(edge):
-            edge = find_root(lambda radius: load - load_at(radius), 1e-9 * edge, edge)
+        edge = find_root(lambda radius: load - load_at(radius), 1e-9 * edge, edge)
         radius = 4.0 * composite_modulus * edge**3 / (3.0 * load)
         return cls(radius, load, composite_modulus, profile=profile)
 
@@ -354,9 +353,8 @@ class RoundContact(HertzContact):
 
     def with_approach(self, approach: float) -> Self:
         """Contact of the same bodies at an approach (m), at the most that of the whole profile."""
-        edge, depth = self.profile.reach, self.profile.depth
-        if approach < depth(edge):
-            edge = find_root(lambda radius: approach - depth(radius), 0.0, edge)
+        profile = self.profile
+        edge = find_root(lambda radius: approach - profile.depth(radius), 0.0, profile.reach)
         return self.with_load(self.load_at(edge))
 
     def load_at(self, contact_radius: float) -> float:
@@ -366,11 +364,13 @@ class RoundContact(HertzContact):
 
 
 def find_root(falling: Callable[[float], float], low: float, high: float) -> float:
-    """Zero, to rounding, of a function positive at ``low`` and negative at ``high``.
+    """Zero, to rounding, of a falling function, or the end nearest to it if it lies outside.
 
     Ridders (1979), IEEE Transactions on Circuits and Systems 26, 979-980; SciPy takes long to load.
     """
     positive, negative, root = falling(low), falling(high), math.nan
+    if positive <= 0.0 or negative >= 0.0:
+        return low if positive <= 0.0 else high
     while low < (place := 0.5 * (low + high)) < high:
         middle, step, last = place, place - low, root
         value = falling(middle)
