@@ -226,5 +226,13 @@ def test_a_cell_is_refused_if_fewer_than_four_cover_half_the_contact(shape):
         cell[axis] = half_width / 4.01
         assert case.replace(cell=cell).grid_spacing == tuple(cell)
         cell[axis] = half_width / 3.99
-        with pytest.raises(CaseError, match="too coarse for the contact"):
+        with pytest.raises(CaseError, match="too coarse for the contact") as refused:
             case.replace(cell=cell)
+        cell[axis] = str(refused.value).split("at most ")[1].split(",")[0]
+        assert case.replace(cell=cell)
+
+
+def test_cells_of_a_stroke_need_not_fit_into_the_unworn_contact():
+    stroke = steel(**LINE_LOAD, tangential_ratio=None, sliding_distance="1 m", cycles=None)
+    width = stroke.hertz_radius
+    assert stroke.replace(cell=width).grid_spacing[0] == width

@@ -42,6 +42,7 @@ base/friction: {cycles: [0, 9], values: [0.2, 60]} || friction[1] = 60 | did you
 base/friction: {start: 20, end: 0.6, energy: 1 J/m^2} || start = 20 | did you mean '20 %'?
 base/cell: 1 mm || base.cell = 1 mm: is too coarse for the contact | or leave cell out
 base/indenter: {kind: crossed_cylinders, radii: 1 mm, angle: 1e-4 deg} | base/radius | a cylinder
+base/sliding_distance: 1e7 m | base/tangential_ratio, base/cycles | sliding_distance = 1e
 base/debris_fraction: 85 || at most 1 | did you mean '85 %'?
 base/roughness: {kind: wavy, amplitude: 1 um} || base.roughness.slope_x: is missing
 base/roughness: {kind: measured, file: no.x3p} || base.roughness.file = no.x3p: is no file that

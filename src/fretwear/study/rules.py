@@ -24,7 +24,7 @@ from fretwear.mechanics.surfaces.loading import (
 from fretwear.mechanics.surfaces.materials import Friction
 from fretwear.mechanics.surfaces.pressing import Imposed
 from fretwear.mechanics.surfaces.setup import Setup
-from fretwear.study.discretisation import Discretisation
+from fretwear.study.discretisation import Discretisation, rounded_down
 from fretwear.study.mistakes import Mistake
 from fretwear.units import BY_SI_UNIT, FORCE, LENGTH, PRESSURE, FloatWithUnit, format_quantity
 
@@ -147,9 +147,9 @@ def _of_stroke(setup: Setup) -> Iterator[Mistake]:
 @rule(*_CELLS)
 def _of_length_of_stroke(setup: Setup, cells: Discretisation) -> Iterator[Mistake]:
     loading, radius = setup.loading, setup.indenter.curvature_radius
-    travel, length = loading.travel, _length(loading.travel, 6)
     if not loading.stroke:
         return
+    travel, length = loading.travel, _length(vars(loading)[loading.kind], 6)
     if travel > MOST_STROKE * setup.hertz_radius:
         rule = f"is more than {MOST_STROKE:g} times the {setup.frame.extent} of the contact"
         yield Mistake(loading.kind, length, rule)
@@ -397,15 +397,23 @@ def _of_cell(setup: Setup, cell: tuple[float, float] | None) -> Iterator[Mistake
                 yield Mistake("cell", spacings, rule, "or leave cell out")
 
 
-@rule(*_HERTZ)
+@rule(*_HERTZ, "loading")
 def _of_cell_under_the_contact(setup: Setup, cell: tuple[float, float] | None) -> Iterator[Mistake]:
-    """The contact of the smooth bodies needs some cells: with fewer, results err by tens of %."""
-    widths = setup.indenter.half_widths(setup.hertz) if cell else ()
+    """The contact of the smooth bodies needs some cells: with fewer, results err by tens of %.
+
+    Over a stroke the scar soon is much wider than this contact, and tells how coarse cells may be.
+    """
+    widths = setup.indenter.half_widths(setup.hertz) if cell and not setup.loading.stroke else ()
     for axis, half_width, spacing in zip("xy", widths, cell or (), strict=False):
         if spacing > half_width / LEAST_CELLS:
             rule = f"is too coarse for the contact, whose half-width along {axis} is"
-            remedy = f"at most {_length(half_width / LEAST_CELLS)}, or leave cell out"
-            yield Mistake("cell", _length(spacing), f"{rule} {_length(half_width)}", remedy)
+            most = _length(rounded_down(half_width / LEAST_CELLS, 3))
+            yield Mistake(
+                "cell",
+                _length(spacing),
+                f"{rule} {_length(half_width)}",
+                f"at most {most}, or leave cell out",
+            )
             return
 
 
