@@ -11,7 +11,13 @@ from scipy.integrate import solve_ivp
 from fretwear.mechanics.contact import gradients, solver
 from fretwear.mechanics.contact.gradients import projected_gradients
 from fretwear.mechanics.contact.problem import ContactError, ContactProblem, solve_contact
-from fretwear.mechanics.slip.models import CattaneoMindlin, Pressed, WearLayer, WinklerLayer
+from fretwear.mechanics.slip.models import (
+    CattaneoMindlin,
+    Pressed,
+    WearLayer,
+    WinklerLayer,
+    lowered,
+)
 
 from ..studies import near
 from . import oracles
@@ -362,3 +368,16 @@ def test_active_sets_take_a_few_convolutions_where_projected_gradients_take_hund
     for roughness in (SMOOTH, ROUGH):
         contact = solve_contact(pressed(window((24, 24)), roughness=roughness), tolerance=1e-8)
         assert contact.convolutions <= 60
+
+
+@pytest.mark.parametrize("part", [0.2, 0.7, 1.0, 1.3])
+def test_a_guess_under_less_load_is_that_of_a_sphere_and_under_more_presses_no_open_cell(part):
+    def under(load):
+        return np.sqrt(np.maximum(load ** (2.0 / 3.0) - radii**2, 0.0))
+
+    places = (np.arange(60) + 0.5) / 54
+    radii = np.hypot(places[:, None], places)
+    expected = under(min(part, 1.0))
+    # Cells at the edge count as a whole or not at all.
+    np.testing.assert_allclose(lowered(under(1.0), part), expected, atol=0.1)
+    assert np.count_nonzero(lowered(under(1.0), part)) == near(np.count_nonzero(expected), rel=0.05)

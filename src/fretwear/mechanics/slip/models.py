@@ -402,10 +402,10 @@ class CattaneoMindlin(SlipModel):
 def lowered(pressure: Array, part: float) -> Array:
     """A guess of the pressure, Pa, under a part of the load: p² of a sphere falls evenly.
 
-    Its sum falls with the power 4/3 of the load.
+    Its sum falls with the power 4/3 of the load. It does not rise, which would press open cells.
     """
     squared = np.square(pressure)
-    total = part ** (4.0 / 3.0) * float(squared.sum())
+    total = min(part, 1.0) ** (4.0 / 3.0) * float(squared.sum())
     return np.sqrt(problem.projected(squared, np.inf, total)[0])
 
 
