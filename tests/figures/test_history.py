@@ -227,3 +227,21 @@ def test_lives_of_coatings_stand_over_their_thickness_with_errors():
     assert points[0].get_linestyle() == "None"
     with pytest.raises(ValueError, match="No coating is worn through"):
         figures.coating_life(study.isel(cycle=[0]))
+
+
+@pytest.mark.parametrize("dims", [("coating", "friction"), ("friction", "coating")])
+def test_lives_of_coatings_that_are_varied_as_a_whole_leave_out_bare_bodies(dims):
+    lives = xr.DataArray(
+        [[np.nan, np.nan], [20.0, 10.0], [60.0, 30.0]], dims=("coating", "friction")
+    )
+    thickness = xr.full_like(lives, 1e-6) * xr.DataArray([np.nan, 1.0, 2.0], dims="coating")
+    study = xr.Dataset(
+        {"worn_through_cycle": lives.expand_dims(cycle=[100]), "status": xr.zeros_like(lives)},
+        {"coating_thickness": thickness.assign_attrs(units="m"), "friction": [0.3, 0.6]},
+    ).transpose(*dims, "cycle")
+    study["friction"].attrs["units"] = "1"
+    (axes,) = figures.coating_life(study).axes
+    slippery, rough = (container[0] for container in axes.containers)
+    np.testing.assert_allclose(slippery.get_xydata(), [[1.0, 20.0], [2.0, 60.0]])
+    np.testing.assert_allclose(rough.get_xydata(), [[1.0, 10.0], [2.0, 30.0]])
+    assert axes.get_xticks().tolist() == [1.0, 2.0]

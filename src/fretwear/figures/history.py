@@ -214,12 +214,17 @@ def coating_life(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     """
     require_variables(dataset, "worn_through_cycle", "coating_thickness")
     dims, ends = point_dims(dataset), final_results(dataset)
-    along = dims.index(str((dataset["coating_thickness"].dims or dims)[-1]))
-    life = np.moveaxis(ends["worn_through_cycle"], along, -1)
-    error = np.moveaxis(ends.get("worn_through_cycle_error", np.zeros_like(life)), along, -1)
+    varied = dataset["coating_thickness"]
+    # The thickness of coatings that are varied as a whole lies along all parameters.
+    along = dims.index("coating" if "coating" in dims else str((varied.dims or dims)[-1]))
+    life = ends["worn_through_cycle"]
+    error = ends.get("worn_through_cycle_error", np.zeros_like(life))
+    life, error = (np.moveaxis(each, along, -1) for each in (life, error))
     if not np.isfinite(life).any():
         raise ValueError("No coating is worn through: there is nothing to draw.")
-    thickness, label = parameter_values(dataset, "coating_thickness")
+    rest = [dim for dim in varied.dims if dim != dims[along]]
+    varied = varied.max(rest, keep_attrs=True)
+    thickness, label = parameter_values(xr.Dataset({varied.name: varied}), "coating_thickness")
     figure, axes = one_panel(1, 56.0, ax)
     others, tints = [*dims[:along], *dims[along + 1 :]], itertools.cycle(CATEGORICAL)
     # Points of a sample differ in more than the thickness.
@@ -230,8 +235,9 @@ def coating_life(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
         words = level_text(dataset, dict(zip(others, place, strict=True)))
         axes.errorbar(*values, fmt=style, color=tint, label=words or None)
     axes.set(xscale="log", yscale="log", xlabel=label, ylabel="Cycle of wear through")
-    many = np.nanquantile(thickness, (0.0, 0.5, 1.0), method="nearest")
-    ticks = many if POINT.name in dims or thickness.size > MOST_KEYED else thickness
+    ticks = thickness[np.isfinite(life).reshape(-1, thickness.size).any(axis=0)]
+    if POINT.name in dims or ticks.size > MOST_KEYED:
+        ticks = np.quantile(ticks, (0.0, 0.5, 1.0), method="nearest")
     axes.set_xticks(ticks, [f"{each:.3g}" for each in ticks])
     axes.xaxis.set_minor_locator(NullLocator())
     axes.margins(0.08)
