@@ -39,18 +39,23 @@ def material_table() -> Mapping[str, Mapping[str, str]]:
 def row_of(name: object) -> Mapping[str, str] | None:
     """The row of a material by its name in any standard; None if there is none.
 
-    Capitals tell TiN from tin alone.
+    Capitals tell TiN from tin: where they do, only the first one is free.
     """
-    table = material_table()
-    names = {row.casefold(): row for row in reversed([*table])} | _ALSO
-    return table.get(str(name)) or table.get(names.get(str(name).casefold(), ""))
+    table, asked = material_table(), str(name)
+    alike = [row for row in table if row.casefold() == asked.casefold()]
+    if len(alike) > 1:
+        alike = [row for row in alike if asked in (row, row[0].upper() + row[1:])]
+    found = alike[0] if alike else _ALSO.get(asked.casefold(), "")
+    return table.get(found)
 
 
 def _known(name: object) -> object:
     if row_of(name) is None:
         rule = "must be a material of the table, or a pair of them"
-        alike = [repr(row) for row in material_table() if str(name).casefold() in row.casefold()]
-        near = did_you_mean(name, [*material_table(), "100Cr6"]) or "fretwear schema lists them"
+        asked, table = str(name).casefold(), material_table()
+        alike = [repr(row) for row in table if asked == row.casefold()]
+        alike = alike or [repr(row) for row in table if asked in row.casefold()]
+        near = did_you_mean(name, [*table, "100Cr6"]) or "fretwear schema lists them"
         raise QuantityError(rule, f"did you mean {listed(alike, 'or')}?" if alike else near)
     return name
 
