@@ -34,9 +34,14 @@ from typing import ClassVar, Literal, NamedTuple
 import numpy as np
 
 from fretwear.arrays import Array, Mask, Single
-from fretwear.mechanics.contact import problem
 from fretwear.mechanics.contact.cells import HalfSpace
-from fretwear.mechanics.contact.problem import ContactError, ContactProblem, Layer, solve_contact
+from fretwear.mechanics.contact.problem import (
+    ContactError,
+    ContactProblem,
+    Layer,
+    projected,
+    solve_contact,
+)
 from fretwear.mechanics.slip.coupled import Sheared, shear
 from fretwear.mechanics.slip.shear import bodies_under_shear
 from fretwear.mechanics.surfaces.coating import Interface
@@ -254,8 +259,8 @@ class Jaeger(SlipModel):
         # P* is at most P.
         low, high, convolutions = 0.0, depth + max(-flexibility, 0.0) * setup.hertz.load, 0
         power = 1.0 if isinstance(setup.hertz, LineContact) else 1.5
-        load, tried = replace(sliding, level=depth).of_smooth(setup.hertz)
-        guess = start.pressure if start else lowered(pressed.pressure, load / whole)
+        of_smooth, tried = replace(sliding, level=depth).of_smooth(setup.hertz)
+        guess = start.pressure if start else lowered(pressed.pressure, of_smooth / whole)
         if start and flexibility and low < start.approach - lowest < high:
             tried = start.approach - lowest
         tried = min(tried, high)
@@ -406,7 +411,7 @@ def lowered(pressure: Array, part: float) -> Array:
     """
     squared = np.square(pressure)
     total = min(part, 1.0) ** (4.0 / 3.0) * float(squared.sum())
-    return np.sqrt(problem.projected(squared, np.inf, total)[0])
+    return np.sqrt(projected(squared, np.inf, total)[0])
 
 
 def contact_under(

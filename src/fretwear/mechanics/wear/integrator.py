@@ -28,6 +28,7 @@ from fretwear.arrays import Array
 from fretwear.mechanics.contact.cells import Geometry
 from fretwear.mechanics.contact.problem import Accuracy, ContactError, solve_contact
 from fretwear.mechanics.slip.models import Pressed
+from fretwear.mechanics.surfaces.coating import Interface
 from fretwear.mechanics.wear.stage import Dissipation, Exposure, ImplicitStage, all_worn
 from fretwear.mechanics.wear.state import Stage, State, WearProblem, Workspace, YieldLimit
 from fretwear.mechanics.wear.window import first_cells, holding_cells, next_cells
@@ -350,6 +351,19 @@ def first_loading(
     )
 
 
+def left_where_bare(interface: Interface, wear: Array, growth: Array) -> Array:
+    """Part of the error of a step that the pressure leaves at each place; 1 where none is bare.
+
+    ``wear`` is the depth, m, at the end of the step, and ``growth`` the depth that a pressure would
+    wear over the step, divided by what it displaces the cell. Pressure soon corrects the depth of a
+    place that has just become bare, a stiff part. Hosea and Shampine divide its estimate once;
+    divided twice, it is 0.7 to 1.2 times the error of y′ = −λy at all λ.
+    """
+    bare = np.where(interface.reached(wear), interface.depth, 0.0)
+    stiff = bare / np.maximum(wear, interface.depth) * growth
+    return np.asarray((1.0 + TR_BDF2.implicit * stiff) ** -2.0)
+
+
 class _FrictionOverStep:
     """The energy per area that friction follows, J/m², over the stages of a step.
 
@@ -618,13 +632,9 @@ class Evolution(Integrator[State]):
             most = np.abs(second.wear - base.wear)
         missed = slope * exponent(TR_BDF2.difference)
         if (interface := problem.interface) is not None and problem.changes_below:
-            # Pressure soon corrects the depth of a place that has just become bare, a stiff part.
-            # Hosea and Shampine divide its estimate once; divided twice, this is 0.7 to 1.2 times
-            # the error of y′ = −λy at all λ.
-            bare = np.where(interface.reached(second.wear), interface.depth, 0.0)
-            stiff = bare / np.maximum(second.wear, interface.depth) * second.reduced.gap
-            stiff *= opens * problem.composite_modulus / base.geometry.widths
-            missed /= (1.0 + TR_BDF2.implicit * step * slope * rates[-1] * stiff) ** 2
+            growth = opens * slope * rates[-1] * step * second.reduced.gap
+            growth *= problem.composite_modulus / base.geometry.widths
+            missed *= left_where_bare(interface, second.wear, growth)
         error = integral(np.minimum(lost(second.reduced.gap, missed), most))
         model = problem.slip_model
         if second.yielded or not model.still_holds(base.reduced, problem, base.load):

@@ -299,10 +299,8 @@ class _Slider(Integrator[StrokeState]):
         if (interface := self.interface) is not None and interface.ratio != 1.0:
             worn[0] = interface.deepened(base.worn[0], worn[0] - base.worn[0])
             slope = interface.slope(worn[0])
-            # As for `Evolution`: pressure soon corrects the depth of a place that is just bare.
-            bare = np.where(interface.reached(worn[0]), interface.depth, 0.0) * self.opens
-            stiff = bare / np.maximum(worn[0], interface.depth) / self.rubbing.self_influence
-            missed[0] *= slope / (1.0 + TR_BDF2.implicit * step * slope * rates[0] * stiff) ** 2
+            growth = self.opens * slope * rates[0] * step / self.rubbing.self_influence
+            missed[0] *= slope * integrator.left_where_bare(interface, worn[0], growth)
         error = float(np.abs(missed).sum() / max(worn.sum(), np.finfo(float).tiny)) / allowed
         state = self._state(end, base.step + 1, last, worn, sunk + last.flow)
         state = replace(state, error_estimate=error * self.tolerance)
