@@ -41,22 +41,27 @@ def row_of(name: object) -> Mapping[str, str] | None:
 
     Capitals tell TiN from tin: where they do, only the first one is free.
     """
-    table, asked = material_table(), str(name)
-    alike = [row for row in table if row.casefold() == asked.casefold()]
+    alike = _alike(name)
     if len(alike) > 1:
-        alike = [row for row in alike if asked in (row, row[0].upper() + row[1:])]
-    found = alike[0] if alike else _ALSO.get(asked.casefold(), "")
-    return table.get(found)
+        alike = [row for row in alike if str(name) in (row, row[0].upper() + row[1:])]
+    found = alike[0] if alike else _ALSO.get(str(name).casefold(), "")
+    return material_table().get(found)
+
+
+def _alike(name: object) -> list[str]:
+    """The materials whose names differ from a name in capitals at most."""
+    return [row for row in material_table() if row.casefold() == str(name).casefold()]
 
 
 def _known(name: object) -> object:
     if row_of(name) is None:
         rule = "must be a material of the table, or a pair of them"
         asked, table = str(name).casefold(), material_table()
-        alike = [repr(row) for row in table if asked == row.casefold()]
-        alike = alike or [repr(row) for row in table if asked in row.casefold()]
-        near = did_you_mean(name, [*table, "100Cr6"]) or "fretwear schema lists them"
-        raise QuantityError(rule, f"did you mean {listed(alike, 'or')}?" if alike else near)
+        alike = _alike(name) or [row for row in table if asked in row.casefold()]
+        hint = did_you_mean(name, [*table, "100Cr6"]) or "fretwear schema lists them"
+        if alike:
+            hint = f"did you mean {listed(map(repr, alike), 'or')}?"
+        raise QuantityError(rule, hint)
     return name
 
 
