@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -22,6 +23,7 @@ from fretwear.figures import save_as
 
 ROOT = Path(__file__).resolve().parents[1]
 DIGITS = 6
+WIDTH = 150  # of the lines of a page's introduction, in characters
 
 Data = dict[str, Any]
 """The data of a section: numbers, texts, and lists and dictionaries of them, as in JSON."""
@@ -45,8 +47,8 @@ class Section:
     measure
         Finds its data.
     text
-        Markdown below the heading, if it is not written by the page's lead; a figure goes where the text has ``{figure:name}``, or
-        ``{figure}`` for the one that is named by an empty string.
+        Markdown below the heading, if it is not written by the page's lead; a figure goes where
+        the text has ``{figure:name}``, or ``{figure}`` for the one named by an empty string.
     figures
         Figures by name.
     on_request
@@ -125,7 +127,7 @@ class Page:
             if section.text is not None:
                 text = section.text(entry["data"])
                 text = re.sub(r"\{figure(?::(\w+))?\}", image, text).rstrip()
-                parts.append(f"## {section.title}\n\n{text}\n")
+                parts.append(f"## {section.title}\n\n{text}")
         head = self.introduction.format(
             minutes="a minute" if seconds <= 60 else f"{-(-seconds // 60)} minutes",
             versions=", ".join(versions),
@@ -133,7 +135,7 @@ class Page:
         )
         if self.lead is not None:
             parts.insert(0, self.lead({name: each["data"] for name, each in entries.items()}))
-        return "\n".join([head, *parts])
+        return "\n\n".join(part.strip("\n") for part in [wrapped(head), *parts]) + "\n"
 
     def write(self, docs: Path) -> None:
         """Write the page and its figures to a folder."""
@@ -191,6 +193,16 @@ def rounded(value: object) -> object:
     if isinstance(value, list | tuple):
         return [rounded(entry) for entry in value]
     return float(f"{value:.{DIGITS}g}") if isinstance(value, float) else value
+
+
+def wrapped(text: str) -> str:
+    """Paragraphs on lines of at most `WIDTH` characters that end between words, not in code."""
+    glued = re.sub(r"`.*?`", lambda code: code[0].replace(" ", "\0"), text, flags=re.DOTALL)
+    lines = (
+        fill(paragraph, WIDTH, break_long_words=False, break_on_hyphens=False)
+        for paragraph in glued.split("\n\n")
+    )
+    return "\n\n".join(lines).replace("\0", " ")
 
 
 def table(header: Sequence[str], rows: Iterable[Sequence[str]], left: int = 1) -> str:
