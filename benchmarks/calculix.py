@@ -137,9 +137,9 @@ def main(arguments: Sequence[str]) -> int:
     theirs = found[chosen] * [1.0, 1.0, 1.0, 1.0, -1.0, -1.0]
     ours = np.stack([at_plus_q[name].values for name in STRESSES], axis=1)
     largest = float(np.abs(ours).max())
-    for name, mine, other in zip(STRESSES, ours.T, theirs.T, strict=True):
-        apart = float(np.abs(mine - other).max())
-        ends = ", ".join(f"{np.abs(each).max() * 1e-6:.0f} MPa" for each in (mine, other))
+    for name, computed, reference in zip(STRESSES, ours.T, theirs.T, strict=True):
+        apart = float(np.abs(computed - reference).max())
+        ends = ", ".join(f"{np.abs(each).max() * 1e-6:.0f} MPa" for each in (computed, reference))
         print(f"{name}: {ends}; apart by {apart / largest:.1%} of the largest stress at most")
     return int(float(np.abs(ours - theirs).max()) > AGREED * largest)
 

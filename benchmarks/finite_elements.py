@@ -132,9 +132,9 @@ def by_elements(size: float) -> Data:
     text, places = _deck(size)
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "contact.inp").write_text(text, encoding="ascii")
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        start = resource.getrusage(resource.RUSAGE_CHILDREN)
         subprocess.run(["ccx", "contact"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        end = resource.getrusage(resource.RUSAGE_CHILDREN)
         printed = Path(folder, "contact.dat").read_text(encoding="ascii")
         found = sorted(
             (places[node], values) for node, values in _contact(Path(folder, "contact.frd"))
@@ -144,7 +144,7 @@ def by_elements(size: float) -> Data:
     kept = [(x, values) for x, values in found if not np.isnan(x)]
     x = np.array([each for each, _ in kept])
     _, slip1, slip2, pressure, shear1, shear2 = np.array([values for _, values in kept]).T
-    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    seconds = end.ru_utime + end.ru_stime - start.ru_utime - start.ru_stime
     shear = np.hypot(shear1, shear2)
     # The elastic slip of the stick stiffness does not dissipate.
     slipped = np.maximum(np.hypot(slip1, slip2) - shear / STICK_STIFFNESS, 0.0)

@@ -253,15 +253,15 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0, help="number of the first scar")
     parser.add_argument("--kinds", default="", help="only kinds that begin so, such as coated")
     parser.add_argument("--output", type=Path, default=Path("results/fits.jsonl"))
-    given = parser.parse_args()
-    given.output.parent.mkdir(parents=True, exist_ok=True)
-    kinds = [kind for kind in KINDS if kind.startswith(given.kinds)]
-    for number in range(given.first, given.first + given.scars):
-        with tempfile.TemporaryDirectory() as folder, given.output.open("a") as stream:
+    options = parser.parse_args()
+    options.output.parent.mkdir(parents=True, exist_ok=True)
+    kinds = [kind for kind in KINDS if kind.startswith(options.kinds)]
+    for number in range(options.first, options.first + options.scars):
+        with tempfile.TemporaryDirectory() as folder, options.output.open("a") as stream:
             row = one(kinds[number % len(kinds)], number, Path(folder))
             stream.write(json.dumps(row) + "\n")
             print(json.dumps(row), flush=True)
-    report([json.loads(line) for line in given.output.read_text().splitlines()])
+    report([json.loads(line) for line in options.output.read_text().splitlines()])
 
 
 def report(rows: list[dict[str, Any]]) -> None:

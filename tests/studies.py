@@ -54,18 +54,18 @@ def steel(**changes: object) -> Case:
 
     It has the snapshots of cycle 0 and the last, if no others are asked for.
     """
-    given = (
+    parameters = (
         STEEL
         | {"output_cycles": ()}
         | ({"tangential_ratio": None} if "tangential_load" in changes else {})
     )
-    return Case(**(given | changes))
+    return Case(**(parameters | changes))
 
 
 def study_case(**changes: object) -> Case:
     """A rough sphere that yields, with changes."""
-    given = {"plastic_limit": "4500 MPa", "roughness": WAVES, "cycles": 30000}
-    return steel(**{"tangential_load": "20 N", **given, "cell": ["0.5 um", "2 um"], **changes})
+    parameters = {"plastic_limit": "4500 MPa", "roughness": WAVES, "cycles": 30000}
+    return steel(**{"tangential_load": "20 N", **parameters, "cell": ["0.5 um", "2 um"], **changes})
 
 
 def two_loads(**sections: object) -> dict[str, object]:
@@ -91,8 +91,8 @@ def refusal(**changes: object) -> str:
 
 def base(**changes: object) -> dict[str, object]:
     """The steel sphere as the base of a study, smooth and elastic; None removes a key."""
-    given = {**STEEL, "plastic_limit": "none", "roughness": "none"} | changes
-    return {name: value for name, value in given.items() if value is not None}
+    parameters = {**STEEL, "plastic_limit": "none", "roughness": "none"} | changes
+    return {name: value for name, value in parameters.items() if value is not None}
 
 
 def write_study(file: Path, content: object) -> Path:

@@ -26,10 +26,10 @@ def measure_fouvry2007() -> Data:
         path = 4.0 * float(case["friction"] * case["normal_load"] * case["sliding_amplitude"])
         through[label] = path * float(case["worn_through_cycle"][-1])
     largest = float(volume.max())
-    at = {name: float(np.interp(largest, *curve)) for name, curve in curves.items()}
+    energies = {name: float(np.interp(largest, *curve)) for name, curve in curves.items()}
     return {
         "curves": curves,
-        "at": at,
+        "at": energies,
         "through": through,
         "density": 1.6 / 415.0,
         "spalled": [float(r["x"]) for r in measured if r["kind"] == "h"][-1],
@@ -38,7 +38,7 @@ def measure_fouvry2007() -> Data:
         "rms": rms(volume / (415.0 * energy) - 1.0),
         "points": [
             point(f"depth, {name}", float(depth.max()), value, "µm", scatter=scatter)
-            for name, value in at.items()
+            for name, value in energies.items()
         ],
     }
 

@@ -60,9 +60,9 @@ def rms(deviations: ArrayLike) -> float:
     return float(np.sqrt(np.mean(np.square(deviations))))
 
 
-def point(label: str, measured: float, computed: float, unit: str, **about: Any) -> Data:
+def point(label: str, measured: float, computed: float, unit: str, **details: Any) -> Data:
     """A measured and a computed number, with the scatter of the former relative to it."""
-    return {"label": label, "measured": measured, "computed": computed, "unit": unit, **about}
+    return {"label": label, "measured": measured, "computed": computed, "unit": unit, **details}
 
 
 def comparison(points: Mapping[str, Sequence[Data]]) -> str:

@@ -28,7 +28,7 @@ def measure_cruzado() -> Data:
     (case,) = solved("cruzado2010")
     seconds = time.process_time() - started
     half, computed = scar(case)
-    at = np.interp(np.abs(x), half, computed, right=0.0)
+    predicted = np.interp(np.abs(x), half, computed, right=0.0)
     mean = np.mean(tests, axis=0)
     finite = {800: (16.166, 0.76), 1600: (25.555, 1.01), 2400: (33.417, 1.16), 3600: (43.707, 1.32)}
     depth = {n: 1e6 * float(case["wear_depth"].sel(cycle=n).max()) for n in finite}
@@ -39,7 +39,7 @@ def measure_cruzado() -> Data:
         "tests": [test.tolist() for test in tests],
         "half": half.tolist(),
         "computed": computed.tolist(),
-        "rms": [rms(at - test) for test in tests],
+        "rms": [rms(predicted - test) for test in tests],
         "depth": [[n, depth[n], finite[n][0], wide[n], finite[n][1]] for n in finite],
         "points": [
             point(
@@ -89,15 +89,15 @@ def measure_mccoll() -> Data:
     depth = {n: 1e6 * float(case["wear_depth_flat"].sel(cycle=n).max()) for n in (5000, 18000)}
     x, flat = scar(case, "wear_depth_flat")
     profile = rows("mccoll2004")
-    at, measured = column(profile, "x_mm"), -column(profile, "height_um")
-    outside = np.abs(at) > 0.32
+    position, measured = column(profile, "x_mm"), -column(profile, "height_um")
+    outside = np.abs(position) > 0.32
     base, rough = float(measured[outside].mean()), float(measured[outside].std())
-    computed = np.interp(np.abs(at), x, flat, right=0.0)
-    middle = np.abs(at) < 0.05
+    computed = np.interp(np.abs(position), x, flat, right=0.0)
+    middle = np.abs(position) < 0.05
     return {
         "seconds": seconds,
         "depth": [depth[5000], depth[18000]],
-        "x": at.tolist(),
+        "x": position.tolist(),
         "measured": (measured - base).tolist(),
         "computed": computed.tolist(),
         "rough": rough,

@@ -227,15 +227,15 @@ def measure_arnaud() -> Data:
         x, depth = column(measured, "x_mm"), 1e3 * column(measured, "depth_mm")
         computed = {}
         for case in solved(name):
-            at, worn = scar(case)
+            position, worn = scar(case)
             deepest = int(worn.argmax())
             computed[f"{float(case['debris_fraction']):.2g}"] = {
-                "x": at.tolist(),
+                "x": position.tolist(),
                 "depth": worn.tolist(),
                 "centre": float(worn[0]),
                 "deepest": float(worn[deepest]),
-                "at": float(at[deepest]),
-                "half_width": width_at(at, worn, 10.0),
+                "at": float(position[deepest]),
+                "half_width": width_at(position, worn, 10.0),
             }
         right = x >= 0
         middle = float(depth[x == 0][0])

@@ -106,7 +106,7 @@ def _drawn(family: str, number: int, place: float, rng: np.random.Generator) -> 
     load = f"{force:g} N/mm" if is_line else f"{force:g} N"
     radius, friction, limit = between(*RADII), between(0.3, 0.8), between(*LIMITS)
     waves = [between(*AMPLITUDES), between(*SLOPES), between(1.0, 2.0)]
-    other, flat, stroke = between(*RADII), between(*FLATS), between(*STROKES)
+    radius_y, flat, stroke = between(*RADII), between(*FLATS), between(*STROKES)
     kept, gentle = between(*DEBRIS), between(*SLOPES_OF_STROKE)
     indenter: Data = {"kind": "cylinder" if is_line else "sphere", "radius": f"{radius} mm"}
     if is_punch:
@@ -114,56 +114,56 @@ def _drawn(family: str, number: int, place: float, rng: np.random.Generator) -> 
         indenter = {"kind": "flat_punch" if is_line else "round_punch"}
         indenter |= {size: f"{flat} um", "edge_radius": f"{radius} mm"}
     elif family == "elliptical":
-        other = other if number >= 2 else radius
-        indenter = {"kind": "ellipsoid", "radius_x": f"{radius} mm", "radius_y": f"{other} mm"}
+        radius_y = radius_y if number >= 2 else radius
+        indenter = {"kind": "ellipsoid", "radius_x": f"{radius} mm", "radius_y": f"{radius_y} mm"}
     ratio = RATIOS[0] + place * (RATIOS[1] - RATIOS[0])
-    given = {
+    parameters = {
         **BASE, "load": load, "friction": friction, "tangential_ratio": round(ratio, 3),
         "indenter": indenter, "wear_coefficient": WEAR,
     }  # fmt: skip
     words = [family, str(indenter["kind"]).replace("_", " "), f"X = {ratio:.2f}"]
     if is_among(STROKES_OF):
         words[-1] = f"stroke {stroke} um"
-        del given["tangential_ratio"]
-        given |= {"sliding_amplitude": f"{stroke} um"}
-        given["wear_coefficient"] = [WEAR_OF_STROKE, WEAR_OF_STROKE]
+        del parameters["tangential_ratio"]
+        parameters |= {"sliding_amplitude": f"{stroke} um"}
+        parameters["wear_coefficient"] = [WEAR_OF_STROKE, WEAR_OF_STROKE]
     if family == "displacement":
         ratio = RATIOS[0] + place * (MOST_OF_TRANSITION - RATIOS[0])
         words[-1] = f"U/U_t = {ratio:.2f}"
         compliance = between(0.005, 0.05) if is_line else 0.0
-        del given["tangential_ratio"]
+        del parameters["tangential_ratio"]
         if is_line:
-            given["tangential_compliance"] = f"{compliance} um/(N/mm)"
-            given["displacement_amplitude"] = f"{ratio * friction * force * compliance:.3g} um"
+            parameters["tangential_compliance"] = f"{compliance} um/(N/mm)"
+            parameters["displacement_amplitude"] = f"{ratio * friction * force * compliance:.3g} um"
         else:
-            given["displacement_ratio"] = round(ratio, 3)
+            parameters["displacement_ratio"] = round(ratio, 3)
     if is_rough:
         slope_x = gentle if family == "stroke" else waves[1]
         slope_y = 0.0 if is_line else waves[2]
         angles = {"slope_x": f"{slope_x} deg", "slope_y": f"{slope_y} deg"}
-        given["roughness"] = {"kind": "wavy", "amplitude": f"{waves[0]} um", **angles}
+        parameters["roughness"] = {"kind": "wavy", "amplitude": f"{waves[0]} um", **angles}
         words.append(f"A = {waves[0]} um")
     if family == "debris":
-        given["debris_fraction"] = kept
+        parameters["debris_fraction"] = kept
         words.append(f"{kept:g} kept")
     if family == "coated":
         if is_among(RINGS_OF):
-            given["slip_model"] = "jaeger"
-        bare, stiffer, faster = Case(**given), between(*MODULI), between(*COEFFICIENTS)
+            parameters["slip_model"] = "jaeger"
+        bare, stiffer, faster = Case(**parameters), between(*MODULI), between(*COEFFICIENTS)
         # Every fifth coating is too thick to wear through.
         whole = bare.hertz_radius if number % 5 == 4 else min(faster, 1.0) * _depth(bare)
         thickness = float(f"{between(*DEPTHS) * whole:.2g}")
         own = faster * (WEAR_OF_STROKE if is_among(STROKES_OF) else WEAR)
-        given["coating"] = {
+        parameters["coating"] = {
             "thickness": f"{thickness} m", "youngs_modulus": f"{208 * stiffer:.4g} GPa",
             "poisson_ratio": between(*POISSON_RATIOS), "wear_coefficient": f"{own:.3g} / Pa",
         }  # fmt: skip
         words.append(f"h = {1e6 * thickness:.2g} um, E {stiffer:g}, K {faster:g}")
     elif "capped" in family or ("elastic" not in family and number % 2):
-        pressure = limit * Case(**given).hertz.peak_pressure
-        given["plastic_limit"] = f"{pressure * 1e-6:.0f} MPa"
+        pressure = limit * Case(**parameters).hertz.peak_pressure
+        parameters["plastic_limit"] = f"{pressure * 1e-6:.0f} MPa"
         words.append(f"{limit:g} p0")
-    return ", ".join([*words, load, f"{radius:g} mm"]), Case(**given)
+    return ", ".join([*words, load, f"{radius:g} mm"]), Case(**parameters)
 
 
 def _depth(case: Case) -> float:

@@ -96,10 +96,10 @@ def rows(data: Data) -> list[list[str]]:
             name.rpartition("_")[2]: max(row[name] for row in data.values()) for name in names
         })  # fmt: skip
 
-    *_, before, last = CONTACT["output_cycles"]
+    *_, earlier, last = CONTACT["output_cycles"]
     against = "`coupled`, same cells"
     return [
-        [f"`cerruti` to cycle {before}, ν ≤ 0.45", against, largest("slip", "volume", "energy")],
+        [f"`cerruti` to cycle {earlier}, ν ≤ 0.45", against, largest("slip", "volume", "energy")],
         [f"`cerruti` at cycle {last}", against, largest("late_volume", "late_energy")],
     ]
 

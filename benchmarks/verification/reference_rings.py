@@ -114,9 +114,9 @@ def graded_rings(
     """
 
     def inward(distance: float) -> float:
-        beyond = max(distance - (edge - swept), 0.0)
+        excess = max(distance - (edge - swept), 0.0)
         return min(
-            max(INWARD_GRADING * distance, narrowest), narrow + OUTWARD_GRADING * beyond, widest
+            max(INWARD_GRADING * distance, narrowest), narrow + OUTWARD_GRADING * excess, widest
         )
 
     def outward(distance: float) -> float:

@@ -65,9 +65,9 @@ def computed(
         times = sorted({*times, *(round(TIME_PER_CYCLE * n, 9) for n in STUDY_CYCLES)})
         times = times[: times.index(20.0)] if growth else times
     contact = load_ratio, limit_ratio, times
-    before, _ = dimensionless_history(*contact, coarse, growth)
+    coarse_values, _ = dimensionless_history(*contact, coarse, growth)
     values, steps = dimensionless_history(*contact, fine, growth)
-    uncertainty = (steps + np.abs(values - before)) / UNITS
+    uncertainty = (steps + np.abs(values - coarse_values)) / UNITS
     rows: list[list[object]] = []
     for time, value, error in zip(times, (values / UNITS).T, uncertainty.T, strict=True):
         numbers = [f"{number:.6g}" for number in (*value, *error)]

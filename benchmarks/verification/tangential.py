@@ -41,8 +41,8 @@ def compare(window: Grid, shape: Array, ratio: float, problem: WearProblem) -> D
     bound = FRICTION * contact.pressure.ravel()
     force = ratio * FRICTION * LOAD
 
-    def move(force: float, before: Array) -> tuple[Array, Array, float]:
-        step = tangential_step(influence, bound, before, window.unit_area, force)
+    def move(force: float, initial: Array) -> tuple[Array, Array, float]:
+        step = tangential_step(influence, bound, initial, window.unit_area, force)
         return step.traction, step.slip.reshape(window.shape), step.displacement
 
     traction, slip, displacement = move(force, np.zeros_like(bound))

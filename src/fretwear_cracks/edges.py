@@ -150,9 +150,9 @@ def _continued(field: Array, noise: float) -> tuple[Array, Mask]:
             values = values * (means / (roots @ weights * 0.5)) ** 2
         fitted = np.vander(cells, 3) @ (fit @ values)
         if abs(fitted - values).max() < _MISFIT * values.max():
-            beyond = np.vander(np.arange(-outer, 1.0), 3) @ (fit @ values)
+            continued = np.vander(np.arange(-outer, 1.0), 3) @ (fit @ values)
             # Beyond the edge a parabola may turn upwards.
-            square[: outer + 1, column] = np.minimum.accumulate(beyond[::-1])[::-1]
+            square[: outer + 1, column] = np.minimum.accumulate(continued[::-1])[::-1]
             square[behind, column], is_root[column] = fitted, True
         else:
             # Not the root of anything smooth: it ends between two cells.

@@ -107,12 +107,12 @@ def fatigue(
     )
     at_cycles = [compute(cycle) for cycle in asked]
     names = [_SWT.name, f"{_SWT.name}_normal"]
-    swt = xr.concat([at[names].isel(y=0, drop=True) for at in at_cycles], CYCLE.name)
+    swt = xr.concat([state[names].isel(y=0, drop=True) for state in at_cycles], CYCLE.name)
     parameters, normals = (swt[name].values for name in names)
     places = [place_of_largest(field) for field in parameters]
     x = swt[X.name].values
     # Where the surface is singular there is none.
-    tensions = [float(at[_TENSION].max()) if _TENSION in at else np.nan for at in at_cycles]
+    tensions = [float(s[_TENSION].max()) if _TENSION in s else np.nan for s in at_cycles]
     # From +x downwards: along the plane, across its normal.
     planes = [normal[place] for normal, place in zip(normals, places, strict=True)]
     angles = [np.degrees(np.arctan2(abs(n[0]), -n[2] if n[0] > 0.0 else n[2])) for n in planes]
@@ -126,7 +126,7 @@ def fatigue(
     }
     result = swt[[_SWT.name]]
     warnings = dict.fromkeys(
-        warning for at in at_cycles for warning in at.attrs["warnings"].splitlines()
+        warning for state in at_cycles for warning in state.attrs["warnings"].splitlines()
     )
     if any(place[0] in (0, x.size - 1) for place in places):
         warnings["the largest parameter lies at the border of the window"] = None
@@ -148,9 +148,9 @@ def fatigue(
         words = {"long_name": "depth below the unworn surface of the flat", "units": "m"}
         result.coords[_MATERIAL] = _MATERIAL, points, words
     scalars = {
-        at.name: (CYCLE.name, np.asarray(values[at.name], float), at.attributes)
-        for at in FATIGUE
-        if at.name in values
+        variable.name: (CYCLE.name, np.asarray(values[variable.name], float), variable.attributes)
+        for variable in FATIGUE
+        if variable.name in values
     }
     result.attrs = {
         **attributes_from(ds, "Fatigue and wear", "fretwear.fatigue"),
@@ -188,12 +188,12 @@ def stored_fatigue(
 def fatigue_table(outcome: xr.Dataset) -> list[tuple[str, ...]]:
     """Rows of text about the snapshots of `fatigue`, below a row of words."""
     columns = [(CYCLE.name, *map(cycle_text, outcome[CYCLE.name].values))]
-    for about, head in zip(FATIGUE, FATIGUE_HEADS, strict=True):
-        if about.name in outcome:
-            values, unit = outcome[about.name].values, about.unit or NO_UNIT
+    for variable, head in zip(FATIGUE, FATIGUE_HEADS, strict=True):
+        if variable.name in outcome:
+            values, unit = outcome[variable.name].values, variable.unit or NO_UNIT
             head = f"{head} ({unit.name})" if unit.name else head
             texts = [number_text(v / unit.size, 4) if np.isfinite(v) else "–" for v in values]
-            if about.name == "fatigue_outcome":
+            if variable.name == "fatigue_outcome":
                 texts = [FATIGUE_OUTCOMES[int(code)] for code in values]
             columns.append((head, *texts))
     return [*zip(*columns, strict=True)]

@@ -22,7 +22,7 @@ from fretwear.study.parameters import parameter, value_text
 from fretwear.units import MEGAPASCAL, MICROMETRE, NO_UNIT, axis_label, cycle_text
 from fretwear_cracks.variables import CRACKS, FATIGUE, FATIGUE_OUTCOMES
 
-_SHOWN = {about.name: about for about in FATIGUE}
+_SHOWN = {variable.name: variable for variable in FATIGUE}
 _HISTORIES = ("largest_smith_watson_topper", "largest_damage")
 _OUTCOME = "fatigue_outcome"
 _COLORS = (MUTED, CATEGORICAL[0], CATEGORICAL[1])

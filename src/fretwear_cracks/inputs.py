@@ -24,7 +24,7 @@ from fretwear_cracks import StressError
 from fretwear_cracks.constants import StressConstants
 from fretwear_cracks.states import LoadedSurface
 
-KEYS = {n: about for n, about in declared(StressConstants).items() if isinstance(about, Quantity)}
+KEYS = {key: q for key, q in declared(StressConstants).items() if isinstance(q, Quantity)}
 """Quantities of `StressConstants` by their keys."""
 # k and the yield strength, and the weight of the mean stress.
 _FATEMI_SOCIE = (
@@ -60,7 +60,7 @@ def snapshot_of(ds: xr.Dataset, cycle: float) -> xr.Dataset:
     """The dataset at a snapshot; `StressError` if there is none."""
     stored = ds[CYCLE.name].values
     if cycle not in stored:
-        there = listed([cycle_text(at) for at in stored])
+        there = listed([*map(cycle_text, stored)])
         raise StressError(f"cycle {cycle_text(cycle)} is not a snapshot; there are {there}")
     snapshot: xr.Dataset = ds.sel(cycle=cycle)
     return snapshot
@@ -96,8 +96,8 @@ def surface_of(snapshot: xr.Dataset, case: Case, cycle: float) -> tuple[LoadedSu
     hertz, friction = setup.hertz, setup.friction_law.coefficient
     flat = snapshot.coords.get("poisson_ratio_2", snapshot.coords.get("poisson_ratio"))
     # The case has lost its roughness.
-    given = json.loads(snapshot.attrs["parameters"])
-    rough = any(given.get(name) is not None for name in ("roughness", "counterface"))
+    parameters = json.loads(snapshot.attrs["parameters"])
+    rough = any(parameters.get(name) is not None for name in ("roughness", "counterface"))
     surface = LoadedSurface(
         fields["pressure"],
         fields["shear_traction"],

@@ -58,4 +58,4 @@ class StressOutput(StressConstants, StudySection):
         except StressError as error:
             tell(f"{case.stem} has no stresses: {error}")
             return {}
-        return {about: fatigue[about.name].values for about in FATIGUE if about.name in fatigue}
+        return {result: fatigue[result.name].values for result in FATIGUE if result.name in fatigue}

@@ -126,7 +126,7 @@ def stress(
     variables |= _cracks(parts, dims, ds, constants)
     pairs = zip((X, Y, DEPTH), along, (x, y, z), strict=True)
     coordinates: dict[str, object] = {
-        about.name: (of, values, about.attributes) for about, of, values in pairs
+        variable.name: (of, values, variable.attributes) for variable, of, values in pairs
     }
     coordinates["axis"] = ("axis", np.array(["x", "y", "z"]))
     if points is None:
@@ -171,29 +171,29 @@ def largest_values(stresses: xr.Dataset) -> Iterable[tuple[str, str]]:
     The bodies first yield where an equivalent stress is largest, at the given part of the Hertz
     pressure. The stress along x at the edge of contact is at the surface itself.
     """
-    for about in (*STRESSES[6:], EDGE_STRESSES[0], *CRACKS[:-1]):
-        if about.name not in stresses:
+    for variable in (*STRESSES[6:], EDGE_STRESSES[0], *CRACKS[:-1]):
+        if variable.name not in stresses:
             continue
-        field = stresses[about.name]
+        field = stresses[variable.name]
         place = dict(zip(field.dims, place_of_largest(field.values), strict=True))
-        at = field.isel(place)
-        value = float(at)
-        unit = readable_unit([value], about.si_unit) if about.unit is MEGAPASCAL else NO_UNIT
+        point = field.isel(place)
+        value = float(point)
+        unit = readable_unit([value], variable.si_unit) if variable.unit is MEGAPASCAL else NO_UNIT
         text = with_unit(number_text(value / unit.size), unit)
-        if about not in CRACKS and (pressure := stresses.attrs.get("hertz_pressure")):
+        if variable not in CRACKS and (pressure := stresses.attrs.get("hertz_pressure")):
             text += f" = {number_text(value / pressure, 4)} p0"
-        names = {EDGE.name: X.name} if EDGE.name in at.coords else {n: n for n in _AXES}
-        places = ((called, float(at[name])) for name, called in names.items())
+        names = {EDGE.name: X.name} if EDGE.name in point.coords else {n: n for n in _AXES}
+        places = ((called, float(point[name])) for name, called in names.items())
         text += ", " + ", ".join(
             f"{called} = {number_text(place * 1e6, 4)} µm" for called, place in places
         )
         if PHASE.name in field.dims:
-            text += f", phase {number_text(float(at[PHASE.name]), 4)}"
-        if (normals := f"{about.name}_normal") in stresses and value > 0.0:
+            text += f", phase {number_text(float(point[PHASE.name]), 4)}"
+        if (normals := f"{variable.name}_normal") in stresses and value > 0.0:
             normal = stresses[normals].isel(place)
             steepness = np.degrees(np.arccos(min(1.0, abs(float(normal.sel(axis="z"))))))
             text += f", plane {steepness:.0f}° to the surface"
-        yield about.words, text
+        yield variable.words, text
 
 
 def _cracks(
@@ -211,17 +211,17 @@ def _cracks(
     }
     loops = PointLoops(steady.reshape(6, -1), alternating.reshape(len(alternating), 6, -1), **flat)
     cracks: dict[str, _Labelled] = {}
-    for about in CRACKS:
-        if about.name not in constants:
+    for variable in CRACKS:
+        if variable.name not in constants:
             continue
-        result = getattr(loops, about.name)(*constants[about.name])
-        attributes = about.attributes
+        result = getattr(loops, variable.name)(*constants[variable.name])
+        attributes = variable.attributes
         if isinstance(result, OverPlanes):
             normal = {"long_name": _NORMAL, "units": "1"}
             values = result.normal.reshape(*shape, 3)
-            cracks[f"{about.name}_normal"] = ((*dims, "axis"), values, normal)
+            cracks[f"{variable.name}_normal"] = ((*dims, "axis"), values, normal)
             result = result.value
-        cracks[about.name] = (dims, result.reshape(shape), attributes)
+        cracks[variable.name] = (dims, result.reshape(shape), attributes)
     return cracks
 
 
@@ -234,9 +234,9 @@ def _at_edges(
     x = np.array([place for place, _, _ in ends])
     parts = (np.stack([end[1] for end in ends], -1), np.stack([end[2] for end in ends], -1))
     fields: dict[str, object] = {}
-    for component, about in enumerate(EDGE_STRESSES):
+    for component, variable in enumerate(EDGE_STRESSES):
         values = over_the_loop(*parts)[:, component]
-        fields[about.name] = ((PHASE.name, _EDGE), values, about.attributes)
+        fields[variable.name] = ((PHASE.name, _EDGE), values, variable.attributes)
     for name, (dims, values, attributes) in _cracks(parts, (_EDGE,), ds, constants).items():
         base, normal, _ = name.partition("_normal")
         words = f"{attributes['long_name']} at the edge of contact"

@@ -75,7 +75,7 @@ class Tractions:
             spectrum = rfft(np.concatenate([kernel, between, behind], axis=1), axis=1)
             stress = np.empty((rows[0].shape[1], 6, count))
             for is_odd, fields in enumerate(rows):
-                some = [at for at, (_, odd_y) in enumerate(parity) if odd_y == is_odd]
+                some = [component for component, (_, odd_y) in enumerate(parity) if odd_y == is_odd]
                 product = fields @ np.moveaxis(spectrum[some], 0, -1)
                 summed = irfft(product, self._length, axis=0)[:count]
                 stress[:, some] = np.moveaxis(summed, 0, -1)
@@ -110,7 +110,7 @@ class Tractions:
         loaded = np.any([fields.any(axis=0) for fields in kinds], axis=0)
         if not loaded.any():
             return _summed(stresses)
-        box = tuple(slice(at.min(), at.max() + 1) for at in np.nonzero(loaded))
+        box = tuple(slice(indices.min(), indices.max() + 1) for indices in np.nonzero(loaded))
         columns = [fields[:, *box].reshape(len(fields), -1).T for fields in kinds]
         x, y = (
             (np.arange(part.start, part.stop + 1.0) - half) * step

@@ -66,20 +66,20 @@ class Comparison:
 
     def with_errors(self, prediction: xr.Dataset) -> Comparison:
         """The comparison with the numerical errors of a prediction: half of what it states."""
-        at = prediction.sel({CYCLE.name: self.cycle})
+        state = prediction.sel({CYCLE.name: self.cycle})
 
         def deviation(name: str) -> float:
-            error = 0.5 * float(at.get(f"{name}_error", 0.0))
+            error = 0.5 * float(state.get(f"{name}_error", 0.0))
             return error if np.isfinite(error) else 0.0
 
         def relative(name: str) -> float:
-            value = float(at.get(name, 0.0))
+            value = float(state.get(name, 0.0))
             return deviation(name) / value if value else 0.0
 
         of = self.measurement
         if of.is_profile:
             volume = of.quantity.replace("depth", "volume")
-            volume = volume if volume in at else "wear_volume"
+            volume = volume if volume in state else "wear_volume"
             deviations = relative(volume), relative(f"contact_half_width_{of.along}")
         elif of.is_loop:
             deviations = relative("tangential_force"), relative("tangential_displacement")
@@ -89,13 +89,13 @@ class Comparison:
 
     def signal(self, prediction: xr.Dataset) -> Array:
         """What a run predicts for the measurement, shape (g,)."""
-        of, at = self.measurement, prediction.sel({CYCLE.name: self.cycle})
+        of, state = self.measurement, prediction.sel({CYCLE.name: self.cycle})
         if of.is_profile:
-            x, depth = at[of.along].values, at[f"{of.quantity}_{of.along}"].values
+            x, depth = state[of.along].values, state[f"{of.quantity}_{of.along}"].values
             return np.asarray(np.interp(self.grid, x, depth, left=0.0, right=0.0))
         if of.is_loop:
-            return _evenly_along(at["displacement"].values, at["force"].values)
-        return np.array([float(at[of.quantity])])
+            return _evenly_along(state["displacement"].values, state["force"].values)
+        return np.array([float(state[of.quantity])])
 
     @property
     def title(self) -> str:

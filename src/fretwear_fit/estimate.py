@@ -276,8 +276,8 @@ class Fitter:
         derivatives = self._followed(u, self.signal(u))
         for _ in range(_MOST_MOVES):
             signal = self.signal(u)
-            before = self.covariance(self.projected(signal, derivatives))
-            derivatives = self._along(u, signal, before, derivatives)
+            guess = self.covariance(self.projected(signal, derivatives))
+            derivatives = self._along(u, signal, guess, derivatives)
             self._tangent = u, signal, derivatives
             covariance = self.covariance(self.projected(signal, derivatives))
             emulator = Emulator(u, covariance)
@@ -295,7 +295,7 @@ class Fitter:
             if np.abs(emulator.at(emulator.best)).max() > _FAR:
                 u = emulator.best
                 continue
-            ratios = np.diag(covariance) / np.diag(before)
+            ratios = np.diag(covariance) / np.diag(guess)
             if np.abs(np.log(ratios)).max() < _ALIKE:
                 break
         return emulator, derivatives

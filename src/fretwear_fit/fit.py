@@ -132,7 +132,7 @@ class Fit:
                 "low": low,
                 "high": high,
                 "level": level,
-                "unit": unknown.about.si_unit,
+                "unit": unknown.quantity.si_unit,
                 "intervals": {f"{share:g}": [*self.interval(name, share)] for share in LEVELS},
             }
         correlation = zip(self.names, self.correlation.tolist(), strict=True)
@@ -160,8 +160,8 @@ class Fit:
         def of(draws: Array, **more: str) -> xr.Dataset:
             variables = {}
             for place, unknown in enumerate(self.unknowns):
-                about = unknown.about
-                words = {"units": about.si_unit, "long_name": about.words}
+                quantity = unknown.quantity
+                words = {"units": quantity.si_unit, "long_name": quantity.words}
                 variables[unknown.name] = draw, unknown.value(draws[..., place]), words
             chains = {name: np.arange(n) for name, n in zip(draw, draws.shape[:2], strict=True)}
             return xr.Dataset(variables, chains, attributes | more)
@@ -215,13 +215,13 @@ class Fit:
 def parameter_table(record: Record) -> pd.DataFrame:
     """Value and intervals of each parameter as texts, from the content of ``fit.json``."""
     rows = {}
-    for name, about in record["parameters"].items():
-        rows[name] = {"value": quantity_text(about["value"], about["unit"])}
-        for level, ends in about["intervals"].items():
+    for name, entry in record["parameters"].items():
+        rows[name] = {"value": quantity_text(entry["value"], entry["unit"])}
+        for level, ends in entry["intervals"].items():
             # Two digits of the width of an interval, and three of each end or more.
-            narrow = abs(about["value"]) / ((ends[1] - ends[0]) or 1.0)
+            narrow = abs(entry["value"]) / ((ends[1] - ends[0]) or 1.0)
             digits = max(3, 2 + math.floor(math.log10(narrow or 1.0)))
-            texts = [quantity_text(end, about["unit"], digits) for end in ends]
+            texts = [quantity_text(end, entry["unit"], digits) for end in ends]
             rows[name][f"{100 * float(level):.0f} %"] = " to ".join(texts)
     return pd.DataFrame.from_dict(rows, "index")
 

@@ -117,8 +117,8 @@ def _extrema(x: Array) -> tuple[Places, Array]:
     for place in range(places.size):
         left.append(place)
         while len(left) > 3:
-            before, fall, after = (abs(values[m] - values[n]) for m, n in pairwise(left[-4:]))
-            if fall > min(before, after):
+            rise, fall, next_rise = (abs(values[m] - values[n]) for m, n in pairwise(left[-4:]))
+            if fall > min(rise, next_rise):
                 break
             ranges[left[-3:-1]] = fall
             del left[-3:-1]

@@ -163,7 +163,7 @@ class NoiseEvidence:
             shares = np.arange(_SHARES) / _SHARES
             # White noise is as likely beforehand as all correlated noises together.
             shapes = [Noise(1.0, 0.0)] * (_SHARES * lengths.size)
-            shapes += [Noise(1.0, float(at), float(w)) for at in lengths for w in shares]
+            shapes += [Noise(1.0, float(length), float(w)) for length in lengths for w in shares]
         found = {shape: self._of(shape) for shape in dict.fromkeys(shapes)}
         noises = [replace(shape, size=float(np.sqrt(found[shape][1]))) for shape in shapes]
         return noises, np.array([found[shape][0] for shape in shapes])

@@ -79,7 +79,7 @@ class Unknown:
     parameter: str  # as in a study file, dotted within a part, a pair or a law
     low: float
     high: float
-    about: Quantity  # its unit, words and symbol
+    quantity: Quantity  # its unit, words and symbol
     logarithmic: bool  # whether it is sought on its logarithm
     each: bool = False  # whether every test has its own value
     path: tuple[str | int, ...] = ()  # keys of parts and places of pairs below its key of `base`
@@ -109,7 +109,7 @@ class Unknown:
     @property
     def is_fraction(self) -> bool:
         """Whether it is a part of a whole, sought on the logarithm of x/(1 − x)."""
-        return (self.about.ge, self.about.le) == (0.0, 1.0) and not self.logarithmic
+        return (self.quantity.ge, self.quantity.le) == (0.0, 1.0) and not self.logarithmic
 
     def inner(self, value: float) -> float:
         """The coordinate in which it is sought: a logarithm, or the part of its range."""
@@ -133,7 +133,7 @@ class Unknown:
 
     def text(self, value: float) -> str:
         """The value as study files have it."""
-        unit = self.low.si_unit if isinstance(self.low, FloatWithUnit) else self.about.si_unit
+        unit = self.low.si_unit if isinstance(self.low, FloatWithUnit) else self.quantity.si_unit
         return exact_text(value, BY_SI_UNIT[unit])
 
     def given_in(self, base: Mapping[str, object]) -> float | None:
@@ -141,13 +141,13 @@ class Unknown:
         value = base.get(self.key)
         with suppress(QuantityError):
             if not self.path and is_list(value):
-                return float(sum(self.about.read(number, _UNITS) for number in value))
+                return float(sum(self.quantity.read(number, _UNITS) for number in value))
             for step in self.path:
                 if isinstance(step, str):
                     value = as_mapping(value).get(step)
                 elif is_list(value):
                     value = value[step]
-            return float(self.about.read(value, _UNITS))
+            return float(self.quantity.read(value, _UNITS))
         return None
 
     def placed(self, base: Mapping[str, object], sought: float) -> tuple[str, object]:
@@ -155,9 +155,9 @@ class Unknown:
 
         Where `base` has a pair, the value is the sum of both, whose shares stay.
         """
-        text, given = self.text(sought), base.get(self.key)
-        if not self.path and is_list(given):
-            parts = [self.about.read(number, _UNITS) for number in given]
+        text, whole = self.text(sought), base.get(self.key)
+        if not self.path and is_list(whole):
+            parts = [self.quantity.read(number, _UNITS) for number in whole]
             return self.key, [self.text(sought * part / sum(parts)) for part in parts]
 
         def put(value: object, path: Sequence[str | int]) -> object:
@@ -171,7 +171,7 @@ class Unknown:
             values[step] = put(values[step], further)
             return values
 
-        return self.key, put(given, self.path)
+        return self.key, put(whole, self.path)
 
 
 class SoughtRange(BaseModel):
@@ -186,27 +186,27 @@ class SoughtRange(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _of_pair(cls, given: object) -> object:
-        if is_list(given) and len(given) == 2:
-            return dict(zip(("from", "to"), given, strict=True))
-        if not isinstance(given, Mapping):
+    def _of_pair(cls, value: object) -> object:
+        if is_list(value) and len(value) == 2:
+            return dict(zip(("from", "to"), value, strict=True))
+        if not isinstance(value, Mapping):
             raise QuantityError("must be a range of two values", "such as [0.2, 0.9]")
-        return given
+        return value
 
     def of(self, name: str) -> Unknown:
         """The parameter with this range."""
-        about, path = _parameter_at(name)
-        if about is None:
+        parameter, path = _parameter_at(name)
+        if parameter is None:
             raise QuantityError("is not a case parameter", nearest_key(name, case_keys().all_names))
-        if not isinstance(about, Quantity):
+        if not isinstance(parameter, Quantity):
             raise QuantityError("cannot be sought within a range")
-        low, high = (about.read(end, _UNITS) for end in (self.low, self.high))
+        low, high = (parameter.read(end, _UNITS) for end in (self.low, self.high))
         if not low < high < np.inf:
             raise QuantityError("must have a lower end below its upper end, both finite")
         if self.scale == "log" and low <= 0.0:
             raise QuantityError("must begin above 0 on a logarithmic scale")
         scale = self.scale or ("log" if low > 0.0 else "linear")
-        return Unknown(name, low, high, about, scale == "log", self.each, path)
+        return Unknown(name, low, high, parameter, scale == "log", self.each, path)
 
 
 def _checked(ranges: dict[str, SoughtRange]) -> dict[str, SoughtRange]:
@@ -237,8 +237,8 @@ def _raise(wrong: Sequence[tuple[str, object, QuantityError]]) -> None:
         raise ValidationError.from_exception_data("fit", details)
 
 
-def _as_tuple(given: object) -> object:
-    return tuple(given) if is_list(given) else () if given == "none" else (given,)
+def _as_tuple(value: object) -> object:
+    return tuple(value) if is_list(value) else () if value == "none" else (value,)
 
 
 @dataclass(frozen=True)
@@ -307,7 +307,7 @@ class Measurement(Part):
     ] = None
     scale: Annotated[
         tuple[str, ...] | None,
-        BeforeValidator(lambda given: given if given is None else (*map(str, _as_tuple(given)),)),
+        BeforeValidator(lambda value: value if value is None else (*map(str, _as_tuple(value)),)),
         Field(description="Factors of the columns, such as [20 um/V, -1]."),
     ] = None
     skip: Annotated[
@@ -323,22 +323,22 @@ class Measurement(Part):
 
     def checked(self) -> Self:
         """Read the file or the number, which depend on each other's keys."""
-        about, given = _NUMBERS.get(self.quantity), vars(self)
-        needed = ("value", "error") if about else ("file", "force_noise")[: 1 + self.is_loop]
-        foreign = _OF_READINGS if about else ("value", "error")
-        wrong = [(n, None, QuantityError("is missing")) for n in needed if given[n] is None]
+        scalar, keys = _NUMBERS.get(self.quantity), vars(self)
+        needed = ("value", "error") if scalar else ("file", "force_noise")[: 1 + self.is_loop]
+        foreign = _OF_READINGS if scalar else ("value", "error")
+        wrong = [(n, None, QuantityError("is missing")) for n in needed if keys[n] is None]
         rule = f"does not apply to {self.quantity}"
-        wrong += [(n, None, QuantityError(rule)) for n in foreign if given[n] is not None]
+        wrong += [(n, None, QuantityError(rule)) for n in foreign if keys[n] is not None]
         _raise(wrong)
         try:
-            if about and not isinstance(self.value, FloatWithUnit):  # read already
-                value, error = _read_number(self.value, self.error, about)
+            if scalar and not isinstance(self.value, FloatWithUnit):  # read already
+                value, error = _read_number(self.value, self.error, scalar)
                 object.__setattr__(self, "value", value)
                 object.__setattr__(self, "error", error)
-            elif not about:
+            elif not scalar:
                 len(self.readings)  # reads the file
         except QuantityError as cause:
-            _raise([("value" if about else "file", self.value or self.file, cause)])
+            _raise([("value" if scalar else "file", self.value or self.file, cause)])
         return self
 
     @property
@@ -418,14 +418,14 @@ class FitRequest(StudySection):
     @classmethod
     def complete_base(
         cls,
-        given: object,
+        section: object,
         base: Mapping[str, object],
         vary: Mapping[str, object],
         mistakes: Mistakes,
     ) -> dict[str, object]:
         """`base` with a value within its range for each sought parameter that it lacks."""
         filled = dict(base)
-        for name, range_ in as_mapping(as_mapping(given).get("free")).items():
+        for name, range_ in as_mapping(as_mapping(section).get("free")).items():
             try:
                 parameter = adapter(SoughtRange).validate_python(range_).of(name)
             except (QuantityError, ValidationError):  # told when the section is read
@@ -464,48 +464,48 @@ class FitRequest(StudySection):
                 rule = "is of one body, but the wear coefficient is one for both together"
                 remedy = "write wear_coefficient: [indenter, flat] under base"
                 mistakes.add(f"{place}.quantity", datum.quantity, rule, remedy)
-            about = _NUMBERS.get(datum.quantity, LOOP[0])
-            unit = about.in_frame(case.frame).si_unit
+            result = _NUMBERS.get(datum.quantity, LOOP[0])
+            unit = result.in_frame(case.frame).si_unit
             for key in ("value", "force_noise"):
-                given = getattr(datum, key)
-                if given is not None and given.si_unit != unit:
+                value = getattr(datum, key)
+                if value is not None and value.si_unit != unit:
                     rule = f"must have the unit of a {case.frame.name} contact"
-                    mistakes.add(f"{place}.{key}", given, rule, f"in SI {unit}")
-            if (datum.along == Y.name or about.across) and Y.name not in case.frame.axes:
+                    mistakes.add(f"{place}.{key}", value, rule, f"in SI {unit}")
+            if (datum.along == Y.name or result.across) and Y.name not in case.frame.axes:
                 mistakes.add(place, None, "lies along y, which a line contact lacks")
 
 
-def _places(about: Parameter | None) -> tuple[str, ...]:
+def _places(parameter: Parameter | None) -> tuple[str, ...]:
     """The names of the values of a pair, such as indenter and flat."""
-    return tuple(end for end, _ in about.places) if isinstance(about, Quantity) else ()
+    return tuple(end for end, _ in parameter.places) if isinstance(parameter, Quantity) else ()
 
 
 def _parameter_at(name: str) -> tuple[Parameter | None, tuple[str | int, ...]]:
     """The single quantity of a name, and its path through parts, laws and pairs."""
     whole, *steps = name.split(".")
     path: list[str | int] = [*steps]
-    about: Parameter | None = None
+    parameter: Parameter | None = None
     if name in case_keys().all_names:
-        about = case_keys()[name].parameter
+        parameter = case_keys()[name].parameter
     elif whole in case_keys().names:
-        about = case_keys()[whole].parameter
+        parameter = case_keys()[whole].parameter
         for place, step in enumerate(steps):
-            if step in (places := _places(about)):
+            if step in (places := _places(parameter)):
                 path[place] = places.index(step)
             else:
-                forms = about.forms if isinstance(about, Quantity) else ()
-                about = next((declared(f)[step] for f in forms if step in declared(f)), None)
-    return (about.single if isinstance(about, Quantity) else about), (*path,)
+                forms = parameter.forms if isinstance(parameter, Quantity) else ()
+                parameter = next((declared(f)[step] for f in forms if step in declared(f)), None)
+    return (parameter.single if isinstance(parameter, Quantity) else parameter), (*path,)
 
 
-def _read_number(given: object, error: object, about: Variable) -> tuple[FloatWithUnit, float]:
+def _read_number(text: object, error: object, scalar: Variable) -> tuple[FloatWithUnit, float]:
     """A measured value and its standard deviation, which may be in percent."""
-    dimension = BY_SI_UNIT[LINE_CONTACT.unit(about.si_unit)]
+    dimension = BY_SI_UNIT[LINE_CONTACT.unit(scalar.si_unit)]
     try:
-        value = parse_quantity(given, dimension, units_required=True)
+        value = parse_quantity(text, dimension, units_required=True)
     except QuantityError:
-        dimension = BY_SI_UNIT[about.si_unit]
-        value = parse_quantity(given, dimension, units_required=True)
+        dimension = BY_SI_UNIT[scalar.si_unit]
+        value = parse_quantity(text, dimension, units_required=True)
     share = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", error) if isinstance(error, str) else None
     if share:
         deviation = abs(value) * float(share[1]) / 100.0

@@ -58,8 +58,8 @@ def measured_map(roughness: MeasuredRoughness, contact_radius: float) -> Figure:
     spikes = find_spikes(surface.heights, surface.measured)
     if count := int(spikes.sum()):
         x, y = (
-            MICROMETRE.of(at[n])
-            for at, n in zip((surface.x, surface.y), np.nonzero(spikes), strict=True)
+            MICROMETRE.of(centres[n])
+            for centres, n in zip((surface.x, surface.y), np.nonzero(spikes), strict=True)
         )
         x = x if roughness.body == "flat" else -x
         keys += axes.plot(x, y, "x", ms=3, color=CATEGORICAL[1])

@@ -233,16 +233,16 @@ def read_topography(
     ]
     if patch is not None:
         corners = zip(points, patch[:2], patch[2:], strict=True)
-        inside = [(at >= corner) & (at <= corner + side) for at, corner, side in corners]
+        inside = [(axis >= corner) & (axis <= corner + side) for axis, corner, side in corners]
         values = values[np.ix_(*inside)]
-        points = [at[within] for at, within in zip(points, inside, strict=True)]
+        points = [axis[within] for axis, within in zip(points, inside, strict=True)]
     rule = "has {} x {} points in the part to be read, too few for a surface".format(*values.shape)
     is_wide = min(values.shape) >= LEAST_POINTS
     ensure(is_wide, rule, "give a map, and a patch that lies in it")
     measured = np.isfinite(values)
     ensure(measured.sum() >= LEAST_POINTS, "has no heights: every point is missing")
     summary = _summary_of(points, values)
-    x, y = ((np.arange(len(at)) - 0.5 * (len(at) - 1)) * (at[1] - at[0]) for at in points)
+    x, y = ((np.arange(len(axis)) - 0.5 * (len(axis) - 1)) * (axis[1] - axis[0]) for axis in points)
     values = _without(form, x, y, values, measured)
     spikes = find_spikes(values, measured)
     if outliers == "fill" and spikes.any():
@@ -260,9 +260,9 @@ def _summary_of(points: Sequence[Array], values: Array) -> str:
     def length(value: float) -> str:
         return format_quantity(value, LENGTH, 4)
 
-    sides = " x ".join(length(at.size * (at[1] - at[0])) for at in points)
+    sides = " x ".join(length(axis.size * (axis[1] - axis[0])) for axis in points)
     top = np.unravel_index(np.nanargmax(values), values.shape)
-    at_x, at_y = (length(at[n]) for at, n in zip(points, top, strict=True))
+    at_x, at_y = (length(axis[n]) for axis, n in zip(points, top, strict=True))
     return (
         f"{values.shape[0]} x {values.shape[1]} points over {sides}, "
         f"{np.count_nonzero(np.isnan(values))} missing; heights {length(np.nanmin(values))} to "

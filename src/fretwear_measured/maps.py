@@ -283,7 +283,7 @@ def _map_of_matrix(table: Table, rows: Places, unit: str, size: str) -> Map | No
     axes = _axes_of(values)
     values = values if axes is None else values[1:, 1:]
     if axes and all(
-        np.array_equal(at - at[0], np.arange(at.size)) and at[0] in (0, 1) for at in axes
+        np.array_equal(axis - axis[0], np.arange(axis.size)) and axis[0] in (0, 1) for axis in axes
     ):
         rule = "has a matrix whose first line and column count its points"
         ensure(size and unit, rule, "add size: [900 um, 900 um] and unit: um")

@@ -116,7 +116,7 @@ class ProfileIndenter(FromFile, RoundIndenter):
     def file_summary(self) -> str:
         """What the file holds."""
         distance, height = read_profile(self.file)
-        width, rise = (format_quantity(at[-1], LENGTH, 4) for at in (distance, height))
+        width, rise = (format_quantity(column[-1], LENGTH, 4) for column in (distance, height))
         return f"{self.file.name}: {distance.size} points to r = {width}, where it is {rise} high"
 
     def gap(self, x: Array, y: Array) -> Array:

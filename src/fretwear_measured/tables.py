@@ -194,10 +194,10 @@ class Table:
         missing = next((s for s, one in zip(sought, best, strict=False) if not one), sought[-1])
         words = listed(sorted(one.split()[0] for one in missing.words), "or")
         if asked or not self.names:
-            given = (
+            selection = (
                 f"columns: [{', '.join(map(str, asked))}]" if asked else f"{count} without names"
             )
-            rule = f"needs {len(sought)} different columns, not {given}"
+            rule = f"needs {len(sought)} different columns, not {selection}"
         else:
             rule = f"has the columns {listed(self.names)}, not {words}"
         volts = [n for n, unit in enumerate(self.units) if unit in _VOLTS]

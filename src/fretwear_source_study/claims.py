@@ -142,13 +142,13 @@ def _pressure_moves_inward(case: StudyCase) -> Finding:
 def _peak_at_stick_edge(case: StudyCase) -> Finding:
     pressure = case.field("pressure", case.last)
     peak = case.radius[np.unravel_index(int(pressure.argmax()), pressure.shape)]
-    beyond = float(peak - case.zones(case.last).stick_radius) / max(case.sides)
+    distance = float(peak - case.zones(case.last).stick_radius) / max(case.sides)
     growth_of_peak = float(pressure.max() / case.field("pressure", 0).max())
     numbers = {
-        "peak beyond the edge": f"{short(beyond)} cells",
+        "peak beyond the edge": f"{short(distance)} cells",
         "peak, last to first": short(growth_of_peak),
     }
-    return Finding.graded(abs(beyond) <= _PEAK_CELLS, False, numbers)
+    return Finding.graded(abs(distance) <= _PEAK_CELLS, False, numbers)
 
 
 def _rough_becomes_smooth(smooth: StudyCase, rough: StudyCase) -> Finding:

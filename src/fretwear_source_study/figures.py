@@ -251,8 +251,8 @@ def _rough_over_smooth(cases: Cases) -> Drawn:
         rough, smooth = (cases[title].history for title in pair)
         cycles = rough["cycle"].values[rough["cycle"].values >= 1.0]
         for name, color in zip(_COMPARED, CATEGORICAL, strict=False):
-            one, other = (np.interp(cycles, run["cycle"], run[name]) for run in (rough, smooth))
-            axes.plot(cycles, one / other, color=color)
+            values = [np.interp(cycles, run["cycle"], run[name]) for run in (rough, smooth)]
+            axes.plot(cycles, values[0] / values[1], color=color)
         axes.axhline(1.0, color=MUTED, lw=0.6, zorder=0)
         axes.set(xscale="log", xlabel="Cycle", title=pair[0].removeprefix("rough "))
     panels[0].set(ylabel="Rough over smooth", yscale="log")

@@ -225,9 +225,9 @@ def differences(
     if not zone.any():
         return math.nan, math.nan, math.nan
     # Linear between the cells of the smooth case, constant nearer the middle.
-    given = smooth.dataset[field].sel(cycle=cycle).astype(float)
-    places = {n: rough.dataset[n].clip(given[n].min(), given[n].max()) for n in ("x", "y")}
-    reference = given.interp(places).transpose("x", "y").values[zone]
+    coarse = smooth.dataset[field].sel(cycle=cycle).astype(float)
+    places = {n: rough.dataset[n].clip(coarse[n].min(), coarse[n].max()) for n in ("x", "y")}
+    reference = coarse.interp(places).transpose("x", "y").values[zone]
     apart = np.abs(rough.field(field, cycle)[zone] - reference)
     return float(apart.mean()), float(reference.mean()), float(reference.max())
 
@@ -337,19 +337,19 @@ def asperities_like_the_whole(case: StudyCase, cycle: int) -> tuple[float, float
     Loads and zones are taken in cycle 0. An asperity behaves as a smooth contact if, up to the
     given cycle, its mean pressure rises where it stuck and falls where it slipped.
     """
-    before, now = case.field("pressure", 0), case.field("pressure", cycle)
+    initial, now = case.field("pressure", 0), case.field("pressure", cycle)
     state = case.field("contact_state", 0)
     loads, behave = [], []
     for cells, _ in asperities(case):
         sticks = state[cells] == ContactState.STICK
-        slips = (state[cells] == ContactState.SLIP) & (before[cells] > 0.0)
+        slips = (state[cells] == ContactState.SLIP) & (initial[cells] > 0.0)
         if sticks.any() and slips.any():
-            change = now[cells] - before[cells]
-            loads.append(before[cells].sum())
+            change = now[cells] - initial[cells]
+            loads.append(initial[cells].sum())
             behave.append(change[sticks].mean() > 0.0 > change[slips].mean())
     if not loads:
         return 0.0, math.nan
-    return float(sum(loads) / before.sum()), float(np.average(behave, weights=loads))
+    return float(sum(loads) / initial.sum()), float(np.average(behave, weights=loads))
 
 
 def growth(case: StudyCase, cycle: float) -> float:

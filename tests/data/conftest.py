@@ -16,12 +16,12 @@ COARSE = {"cell": ["10 um", "12 um"], "error_estimate": False}
 
 
 def study_in(folder, vary, **sections):
-    given = base(**COARSE)
+    parameters = base(**COARSE)
     if any(name.startswith("roughness.") for name in vary):
-        given["roughness"] = {"kind": "wavy", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
+        parameters["roughness"] = {"kind": "wavy", "slope_x": "0.2 deg", "slope_y": "0.2 deg"}
     replaced = {*vary, "tangential_ratio"} if "tangential_load" in vary else vary
-    given = {name: value for name, value in given.items() if name not in replaced}
-    usual = {"base": given, "vary": vary, "output": {"cycles": [0, 100, 1000]}}
+    parameters = {name: value for name, value in parameters.items() if name not in replaced}
+    usual = {"base": parameters, "vary": vary, "output": {"cycles": [0, 100, 1000]}}
     return load_study(write_study(folder / "study.yaml", two_loads(**{**usual, **sections})))
 
 

@@ -68,8 +68,8 @@ def check_texts():
         assert found
         for words, box in found:
             assert all(inside.contains(*corner) for corner in box.corners()), f"{words} is cut off"
-        for (words, box), (others, other) in combinations(found, 2):
-            common = Bbox.intersection(box, other)
+        for (words, box), (others, neighbour) in combinations(found, 2):
+            common = Bbox.intersection(box, neighbour)
             touching = common is not None and min(common.width, common.height) > 0.5
             assert not touching, f"{words!r} overlaps {others!r}"
         return [words for words, _ in found]

@@ -22,8 +22,8 @@ def wave(u):
 
 def fitted(law, runs):
     """A fitter that made at most so many runs, and draws from its posterior."""
-    about = case_keys()["friction"].parameter
-    unknowns = [Unknown(name, -2.0, 2.0, about, False) for name in "ab"]
+    quantity = case_keys()["friction"].parameter
+    unknowns = [Unknown(name, -2.0, 2.0, quantity, False) for name in "ab"]
     data = [
         Comparison(Measurement.unchecked(quantity="wear_volume", value=0.5, error=error), 1)
         for error in (0.4, 0.1)

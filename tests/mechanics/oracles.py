@@ -99,10 +99,10 @@ def normal_contact(
         )
         gap = shape + influence @ pressure - approach
         wanted = np.where(loaded, pressure > 0.0, gap < 0.0)
-        beyond = np.where(full, gap < 0.0, pressure > limit)
-        if np.array_equal(wanted, loaded) and np.array_equal(beyond, full):
+        yielding = np.where(full, gap < 0.0, pressure > limit)
+        if np.array_equal(wanted, loaded) and np.array_equal(yielding, full):
             return pressure, np.where(loaded & ~full, 0.0, gap), approach
-        loaded, full = wanted, beyond
+        loaded, full = wanted, yielding
     raise RuntimeError("the contact set did not settle")
 
 
@@ -118,7 +118,7 @@ class TangentialStep:
 def tangential_step(
     influence: Array,
     bound: Array,
-    before: Array,
+    initial: Array,
     cell: float,
     force: float | None = None,
     displacement: float = 0.0,
@@ -140,14 +140,14 @@ def tangential_step(
     for _ in range(200):
         traction = np.where(upper, bound, np.where(lower, -bound, 0.0))
         stick = np.flatnonzero(touching & ~upper & ~lower)
-        matrix, forced = influence[np.ix_(stick, stick)], influence[stick] @ (traction - before)
+        matrix, forced = influence[np.ix_(stick, stick)], influence[stick] @ (traction - initial)
         forced = forced + drag[stick]
         if force is None:
             traction[stick] = np.linalg.solve(matrix, displacement - forced)
         else:
             total, areas = force / cell - traction.sum(), np.ones(stick.size)
             traction[stick], displacement = _solve_with_total(matrix, -forced, total, areas)
-        slip = displacement - influence @ (traction - before) - drag
+        slip = displacement - influence @ (traction - initial) - drag
         above = np.where(upper, slip >= 0.0, ~lower & touching & (traction > outside))
         below = np.where(lower, slip <= 0.0, ~upper & touching & (traction < -outside))
         if np.array_equal(above, upper) and np.array_equal(below, lower):
@@ -278,11 +278,11 @@ def explicit_strokes(
     are per width in a line contact.
     """
     (x, y), stroke, gap = (window.x, window.y), problem.loading.stroke, problem.indenter.gap
-    at = stroke * (2.0 * (np.arange(places) + 0.5) / places - 1.0)
+    positions = stroke * (2.0 * (np.arange(places) + 0.5) / places - 1.0)
     ratio, worn = problem.normal.pulsating_load, np.zeros((2, *window.shape))
-    loads = problem.hertz.load * (0.5 * (1.0 + ratio) + 0.5 * (1.0 - ratio) * at / stroke)
+    loads = problem.hertz.load * (0.5 * (1.0 + ratio) + 0.5 * (1.0 - ratio) * positions / stroke)
     least = problem.hertz.contact_radius**2 / (2.0 * problem.indenter.curvature_radius)
-    loaded = [gap(x[:, None] - place, y).ravel() < least for place in at]
+    loaded = [gap(x[:, None] - place, y).ravel() < least for place in positions]
     rates = 4.0 * stroke * np.array(problem.wear_law.wear_coefficient)[::-1, None, None]
 
     def moved(field: Array, by: float) -> Array:
@@ -290,7 +290,7 @@ def explicit_strokes(
 
     for _ in range(steps):
         means = np.zeros_like(worn)
-        for index, place in enumerate(at):
+        for index, place in enumerate(positions):
             shape = gap(x[:, None] - place, y) + worn[0] + moved(worn[1], place)
             pressure, *_ = normal_contact(
                 influence, shape.ravel(), window.unit_area, loads[index], loaded[index]

@@ -110,8 +110,8 @@ def read_until(process, words):
     return said
 
 
-def assert_same(one, other):
+def assert_same(first, second):
     """Compare every value of two case files."""
     for opened in (open_case, open_history, open_loops):
-        with opened(one) as a, opened(other) as b:
+        with opened(first) as a, opened(second) as b:
             xr.testing.assert_equal(a.load(), b.load())

@@ -88,8 +88,8 @@ def comparison_lines(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     yield from ("", "Results")
     first, second = _compared_cycles(a, b)
     rows = [("", f"A, cycle {first}", f"B, cycle {second}", "", "B/A")]
-    states, given = (a.sel(cycle=first), b.sel(cycle=second)), a.coords.keys() & b.coords.keys()
-    forces = [name for key, names in FORCES.items() if key not in given for name in names]
+    states, coords = (a.sel(cycle=first), b.sel(cycle=second)), a.coords.keys() & b.coords.keys()
+    forces = [name for key, names in FORCES.items() if key not in coords for name in names]
     for name in (*headlines([name for name in map(str, a) if name in b]), *_COMPARED, *forces):
         if name in a and name in b:
             variable = RESULTS[name].in_dataset(a)
@@ -113,9 +113,9 @@ def _compared_cycles(a: xr.Dataset, b: xr.Dataset) -> tuple[int, int]:
 
 def _different_parameters(a: xr.Dataset, b: xr.Dataset) -> Iterator[str]:
     """Yield the parameters of two cases that differ beyond rounding, in the order of the first."""
-    given = [{str(n): v.item() for n, v in case.coords.items() if not v.dims} for case in (a, b)]
-    for name in {**given[0], **given[1]}:
-        first, second = (values.get(name) for values in given)
+    pair = [{str(n): v.item() for n, v in case.coords.items() if not v.dims} for case in (a, b)]
+    for name in {**pair[0], **pair[1]}:
+        first, second = (parameters.get(name) for parameters in pair)
         if isinstance(first, float) and isinstance(second, float):
             first = second if math.isclose(first, second, rel_tol=_SAME) else first
         if first != second:

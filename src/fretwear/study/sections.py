@@ -86,7 +86,7 @@ class StudySection:
     @classmethod
     def complete_base(
         cls,
-        value: object,
+        section: object,
         base: Mapping[str, object],
         vary: Mapping[str, object],
         mistakes: Mistakes,
