@@ -1,5 +1,7 @@
 """The steel sphere of the tests, studies of it, and their results without the workflow."""
 
+import os
+import subprocess
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -28,6 +30,10 @@ TITANIUM = {
     "cycles": 500,
 }
 """Keys of a case of a cylinder that slides as a whole, of both bodies' wear."""
+
+_AREA = 4 * 2e-13 * 1066e3 * 75e-6 * 500  # m², 4 K P δ N
+VOLUME = {"quantity": "wear_volume", "value": f"{_AREA * 1e6} mm^2", "error": "2 %"}
+"""What a fit is told of the wear of both of these bodies together."""
 
 STEEL = {
     "radius": "10 mm",
@@ -60,6 +66,11 @@ def steel(**changes: object) -> Case:
         | ({"tangential_ratio": None} if "tangential_load" in changes else {})
     )
     return Case(**(parameters | changes))
+
+
+def line_contact(radius: str, load: str | None = None) -> dict[str, object]:
+    """Keys that make the steel sphere a cylinder of a radius, under a load per length."""
+    return {"radius": None, "indenter": {"kind": "cylinder", "radius": radius}, "load": load}
 
 
 def study_case(**changes: object) -> Case:
@@ -101,6 +112,20 @@ def write_study(file: Path, content: object) -> Path:
     text = content if isinstance(content, str) else yaml.safe_dump(content, sort_keys=False)
     file.write_text(text, encoding="utf-8")
     return file
+
+
+def printed(*command: object, folder: Path | None = None, **environment: str) -> str:
+    """What a command prints; it must succeed."""
+    done = subprocess.run(
+        [*map(str, command)],
+        cwd=folder,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, f"{done.stdout}\n{done.stderr}"
+    return done.stdout
 
 
 def flip(path: Path) -> None:

@@ -2,7 +2,6 @@
 
 import ast
 import re
-import subprocess
 import sys
 from functools import cache
 from graphlib import TopologicalSorter
@@ -13,7 +12,7 @@ import pytest
 from fretwear.mechanics.surfaces.setup import Setup
 from fretwear.results import RESULTS
 
-from .studies import base, two_loads, write_study
+from .studies import base, printed, two_loads, write_study
 
 SOURCE = Path(__file__).parents[1] / "src"
 BESIDE = ("fretwear_measured", "fretwear_fit", "fretwear_cracks", "fretwear_source_study")
@@ -111,14 +110,7 @@ def test_the_core_neither_names_nor_needs_the_packages_beside_it(tmp_path):
     content = two_loads(base=base(cycles=100, cell="10 um"), output={"cycles": [0]})
     file = write_study(tmp_path / "small.yaml", content)
     steps = [[step, str(file), *options] for step, *options in STEPS]
-    done = subprocess.run(
-        [sys.executable, "-c", ALONE.format(beside=BESIDE, steps=steps)],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    printed(sys.executable, "-c", ALONE.format(beside=BESIDE, steps=steps), folder=tmp_path)
     assert (tmp_path / "results/small/report.html").stat().st_size > 10_000
 
 

@@ -2,13 +2,12 @@
 
 import ast
 import json
-import os
 import platform
 import re
 import runpy
-import subprocess
 import sys
 import tomllib
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 
@@ -21,6 +20,8 @@ from packaging.version import Version
 import fretwear
 from fretwear import version
 from fretwear.version import code_digest
+
+from .studies import printed
 
 REPOSITORY = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((REPOSITORY / "pyproject.toml").read_text(encoding="utf-8"))
@@ -98,12 +99,7 @@ def test_an_older_python_is_told_what_to_install(older, monkeypatch):
 
 @pytest.mark.slow
 def test_the_machine_tells_its_kernels_and_transforms():
-    def said(**environment):
-        command = [sys.executable, REPOSITORY / ".ci/kernels"]
-        return subprocess.run(
-            command, env={**os.environ, **environment}, capture_output=True, text=True, check=True
-        ).stdout
-
+    said = partial(printed, sys.executable, REPOSITORY / ".ci/kernels")
     assert re.fullmatch(
         r"Python \S+; .* with kernels .*; transforms by (ducc0|scipy) \S+\n", said()
     )

@@ -1,9 +1,7 @@
 """The recipes of CONTRIBUTING.md, which change a copy of the package."""
 
 import json
-import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -11,6 +9,8 @@ import pytest
 from examples import blocks, patch
 
 import fretwear
+
+from .studies import printed
 
 REPOSITORY = Path(__file__).parents[1]
 
@@ -83,15 +83,8 @@ def recipes(tmp_path_factory):
 @pytest.mark.slow
 def test_a_scalar_declared_anywhere_is_a_result_of_every_contact(recipes):
     patch(SCALARS, recipes)
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", SCRIPT, json.dumps(CONTACTS)],
-        env={**os.environ, "PYTHONPATH": str(recipes / "src")},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    file, *lines = done.stdout.splitlines()
+    command = [sys.executable, "-W", "ignore", "-c", SCRIPT, json.dumps(CONTACTS)]
+    file, *lines = printed(*command, PYTHONPATH=str(recipes / "src")).splitlines()
     assert Path(file).is_relative_to(recipes)
     for name, line in zip(CONTACTS, lines, strict=True):
         values, units, history, attributes = json.loads(line)
@@ -117,25 +110,11 @@ def test_a_scalar_declared_anywhere_is_a_result_of_every_contact(recipes):
 def test_recipes_are_in_the_style_of_the_package(recipes, tool):
     shutil.copy(REPOSITORY / "pyproject.toml", recipes)
     program = Path(sys.executable).parent / "ruff"
-    done = subprocess.run(
-        [program, *tool.split()[1:], "src"],
-        cwd=recipes,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout
+    printed(program, *tool.split()[1:], "src", folder=recipes)
 
 
 @pytest.mark.slow
 def test_recipes_give_no_symbol_a_second_meaning(recipes):
     test = ["tests/docs/test_reference.py", "-k", "two_quantities"]
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", *test],
-        env={**os.environ, "PYTHONPATH": str(recipes / "src")},
-        cwd=REPOSITORY,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout
+    command = [sys.executable, "-m", "pytest", "-q", *test]
+    printed(*command, folder=REPOSITORY, PYTHONPATH=str(recipes / "src"))

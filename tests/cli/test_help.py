@@ -13,6 +13,7 @@ from fretwear.run.workflow import workspace
 from fretwear.study.mistakes import StudyError
 from fretwear.study.reading import load_study
 
+from ..studies import printed
 from .conftest import Desk, tiny_study
 
 COMMANDS = [command.name or command.callback.__name__ for command in app.registered_commands]
@@ -48,8 +49,7 @@ def test_each_command_has_an_example_which_is_a_call_of_it(desk, command):
 
 
 def test_the_version_is_printed():
-    program = [sys.executable, "-m", "fretwear", "--version"]
-    said = subprocess.run(program, capture_output=True, text=True, check=True).stdout
+    said = printed(sys.executable, "-m", "fretwear", "--version")
     assert said == f"fretwear {fretwear.__version__}\n"
 
 
@@ -63,8 +63,7 @@ def test_the_version_is_printed():
 def test_a_command_does_without_libraries_that_it_does_not_need(command, spared):
     listed = "import sys, atexit, fretwear.cli as cli; atexit.register(lambda: print(*sys.modules))"
     program = [sys.executable, "-c", f"{listed}; cli.main()", *command.split()]
-    done = subprocess.run(program, capture_output=True, text=True, check=True, cwd=workspace())
-    assert not spared & {*done.stdout.split()}
+    assert not spared & {*printed(*program, folder=workspace()).split()}
 
 
 MADE = [".gitignore", "Snakefile", "profiles/default/config.yaml", "profiles/slurm/config.yaml"]

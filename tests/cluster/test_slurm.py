@@ -19,7 +19,7 @@ from fretwear.run.workflow import StudyJobs
 from fretwear.study.reading import load_study
 
 from ..run.conftest import assert_same
-from ..studies import TITANIUM, write_study
+from ..studies import TITANIUM, VOLUME, printed, write_study
 
 pytest.importorskip("snakemake_executor_plugin_slurm", reason="needs the extra slurm")
 
@@ -76,8 +76,7 @@ def test_the_documented_command_takes_the_default_study_to_its_report(snakemake,
 
 def jobs_of_slurm():
     """Names and values of each job that SLURM remembers, in their order."""
-    command = ["scontrol", "show", "--oneliner", "job"]
-    said = subprocess.run(command, capture_output=True, check=True, text=True).stdout
+    said = printed("scontrol", "show", "--oneliner", "job")
     return [dict(re.findall(r"(\S+?)=(\S*)", line)) for line in said.splitlines() if "=" in line]
 
 
@@ -94,9 +93,7 @@ def test_a_fit_is_a_job_with_cores_memory_and_time_and_when_cancelled_has_twice_
 ):
     """A volume of 4 K P δ N gives K."""
     monkeypatch.chdir(tmp_path)
-    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
-    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
-    sought = {"free": {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, "data": [number]}
+    sought = {"free": {"wear_coefficient": ["1e-14 / Pa", "1e-12 / Pa"]}, "data": [VOLUME]}
     write_study(tmp_path / "studies/volume.yaml", {"base": TITANIUM, "fit": sought})
     others = {job["JobId"] for job in jobs_of_slurm()}
     watcher = threading.Thread(target=cancel_the_first, daemon=True)

@@ -9,28 +9,23 @@ import fretwear
 from fretwear_cracks.edges import stresses_at_edge
 from fretwear_cracks.influence import of_rectangles
 
+from ..mechanics.problems import unfolded
 from ..studies import near, steel
+from . import hertz
 
 NU = 0.3
 XX, YY, ZZ, XY, XZ, YZ = range(6)
 TRAILING = (4 + NU) * math.pi / 8
 
 
-def sphere(cells, radius=1.0, divided=16):
-    """Means over cells of both sides of a sphere's pressure of peak and radius `radius`."""
-    count = int(1.2 * cells)
-    fine = (np.arange(2 * count * divided) + 0.5) / divided / cells - count / cells
-    square = radius**2 - fine[:, None] ** 2 - fine**2
-    pressure = np.sqrt(np.maximum(square, 0.0))
-    return pressure.reshape(2 * count, divided, 2 * count, divided).mean(axis=(1, 3))
+def sphere(cells, radius=1.0):
+    """The pressure of a sphere on both sides along x and y."""
+    return unfolded(hertz.sphere(cells, radius, int(1.2 * cells), divided=16))
 
 
 def cylinder(cells, radius=1.0):
-    """Means over strips of a cylinder's pressure, of peak and half-width `radius`."""
-    count = int(1.3 * cells)
-    edges = np.clip((np.arange(2 * count + 1) - count) / cells / radius, -1, 1)
-    integral = 0.5 * (edges * np.sqrt(1 - edges**2) + np.arcsin(edges))
-    return radius**2 * np.diff(integral)[:, None] * cells
+    """The pressure of a cylinder on both sides."""
+    return unfolded(hertz.cylinder(cells, radius, int(1.3 * cells)), (True, False))
 
 
 def edge_of(pressure, shears, friction, cells, across=None):

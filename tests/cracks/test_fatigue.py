@@ -10,7 +10,7 @@ from fretwear_cracks import StressError
 from fretwear_cracks.fatigue import fatigue_table
 from fretwear_cracks.variables import FATIGUE_OUTCOMES
 
-from ..studies import near, steel
+from ..studies import line_contact, near, steel
 
 pytestmark = pytest.mark.slow
 
@@ -148,7 +148,7 @@ def test_without_wear_a_case_keeps_its_stresses_and_sums_damage_evenly():
 @pytest.mark.parametrize(
     "changes",
     [
-        {"indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "100 N/mm", "radius": None}
+        line_contact("10 mm", "100 N/mm")
         | {"tangential_ratio": None, "sliding_amplitude": "30 um", "wear_coefficient": [0, 0]},
         {"pulsating_load": 0.9, "slip_model": "jaeger"},
         {"wear_coefficient": None, "energy_wear_coefficient": 0},

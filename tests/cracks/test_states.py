@@ -14,6 +14,7 @@ from fretwear_cracks.inputs import surface_of
 from fretwear_cracks.states import LoadedSurface, StressHistory, over_the_loop
 
 from ..studies import WAVES, near, steel
+from . import hertz
 
 E, NU, LOAD, FRICTION, RATIO = 208e9, 0.3, 50.0, 0.5, 0.8
 MODULUS = E / (2 * (1 - NU**2))
@@ -23,18 +24,13 @@ A = HERTZ.contact_radius
 
 def sphere(ratio=RATIO, cells=40):
     """A sphere at +Q, a closed form."""
-    spacing = A / cells
     count = int(1.2 * cells)
-    grid = Grid((count, count), (spacing, spacing))
-    fine = (np.arange(4 * count) + 0.5) * spacing / 4
-    r = np.hypot(fine[:, None], fine)
-
-    def mean(field):
-        return field.reshape(count, 4, count, 4).mean(axis=(1, 3))
-
-    pressure = mean(HERTZ.pressure(r))
-    stuck = HERTZ.with_load(LOAD * (1 - ratio)).pressure(r) if ratio < 1 else 0.0 * r
-    shear = FRICTION * (pressure - mean(stuck))
+    grid = Grid((count, count), (A / cells, A / cells))
+    pressure, stuck = (
+        HERTZ.peak_pressure * hertz.sphere(cells, radius, count)
+        for radius in (1.0, math.cbrt(1 - ratio))
+    )
+    shear = FRICTION * (pressure - stuck)
     gap = HERTZ.gap(np.hypot(grid.x[:, None], grid.y))
     return LoadedSurface(pressure, shear, gap, grid.spacing, grid.even, FRICTION, MODULUS, NU)
 

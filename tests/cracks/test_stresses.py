@@ -11,7 +11,7 @@ from fretwear_cracks import StressError
 from fretwear_cracks.inputs import surface_of
 from fretwear_cracks.stresses import place_of_largest
 
-from ..studies import SELF_AFFINE, STEEL, near, steel
+from ..studies import SELF_AFFINE, line_contact, near, steel
 
 pytestmark = pytest.mark.slow
 
@@ -83,9 +83,7 @@ def test_a_rough_contact_that_is_not_even():
 
 
 def test_a_line_contact_is_in_plane_strain():
-    line = STEEL | {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}}
-    line |= {"load": "18 N/mm", "cycles": 1}
-    ds = fretwear.simulate(fretwear.Case(**line))
+    ds = fretwear.simulate(steel(**line_contact("10 mm", "18 N/mm"), cycles=1))
     half, peak = float(ds.contact_half_width_x[0]), float(ds.peak_pressure[0])
     depths = half * np.array([0.3, 0.786, 2.0])
     found = fretwear.stress(ds, depths=depths, phases=4)

@@ -9,24 +9,14 @@ from fretwear_cracks.cracks import von_mises
 from fretwear_cracks.tractions import Tractions
 
 from ..studies import near
+from . import hertz
 
 NU, CELLS = 0.3, 64
-STEP = 1 / CELLS
+STEP, HERTZ = 1 / CELLS, hertz.sphere(CELLS)
 XX, YY, ZZ, XY, XZ, YZ = range(6)
 
 
-def hertz(radius=1.0, cells=CELLS, half=None):
-    """Means of the pressure of a sphere over cells of a quarter, of peak `radius`; a = p0 = 1."""
-    within = (np.arange(4) - 1.5) / 4
-    centres = np.arange(half or int(1.1 * cells)) + 0.5
-    fine = ((centres[:, None] + within) / cells).ravel()
-    square = radius**2 - fine[:, None] ** 2 - fine**2
-    pressure = np.sqrt(np.maximum(square, 0.0)).reshape(centres.size, 4, centres.size, 4)
-    return pressure.mean(axis=(1, 3))
-
-
-def sphere(shear, pressure=None):
-    pressure = hertz() if pressure is None else pressure
+def sphere(shear, pressure=HERTZ):
     return Tractions(pressure[None], shear[None], (STEP, STEP), (True, True), NU)
 
 
@@ -65,7 +55,7 @@ PARTIAL_SLIP = """
 def test_tensors_under_a_sphere_to_a_thousandth_of_the_peak_pressure(text, friction, stick_radius):
     rows = [line.replace("|", "").split() for line in text.strip().splitlines()]
     table = np.array(rows, dtype=float)
-    shear = friction * (hertz() - hertz(stick_radius))
+    shear = friction * (HERTZ - hertz.sphere(CELLS, stick_radius))
     found = total(sphere(shear).at(table[:, :3]))
     np.testing.assert_allclose(found.T, table[:, 3:], atol=1e-3)
 
@@ -75,7 +65,7 @@ def test_tensors_under_a_sphere_to_a_thousandth_of_the_peak_pressure(text, frict
     [(0.0, 0.62004, 0.0, 0.48087), (0.2, 0.63766, 0.21922, 0.45713), (0.35, 0.67418, 0.364, 0.41)],
 )
 def test_the_largest_von_mises_stress_below_a_sliding_sphere(friction, largest, x, z):
-    slid = sphere(friction * hertz())
+    slid = sphere(friction * HERTZ)
     depths = np.arange(0.3, 0.6, 0.005)
     plane = np.array([von_mises(total(slid.section(depth))) for depth in depths])
     at, along = np.unravel_index(plane.argmax(), plane.shape)
@@ -86,7 +76,7 @@ def test_the_largest_von_mises_stress_below_a_sliding_sphere(friction, largest, 
 def test_the_surface_inside_a_sliding_contact():
     """The part of the shear traction is linear in x: σ_xx = −(4 + ν)πµp0 x/8a."""
     friction = 0.3
-    slid = sphere(friction * hertz())
+    slid = sphere(friction * HERTZ)
     of_pressure, of_shear = (part[0] for part in slid.section(0.0))
     inside = abs(slid.x) < 0.85
     r, pressure = abs(slid.x[inside]), np.sqrt(1 - slid.x[inside] ** 2)
@@ -99,9 +89,7 @@ def test_the_surface_inside_a_sliding_contact():
 
 def test_a_cylinder_sliding_in_plane_strain():
     """McEwen (1949), in Johnson (1985), equations 4.49 and 4.50, and 7.29 for the shear."""
-    edges = np.arange(CELLS + 1) / CELLS
-    integral = 0.5 * (edges * np.sqrt(1 - edges**2) + np.arcsin(edges))
-    pressure = np.diff(integral)[None, :, None] * CELLS
+    pressure = hertz.cylinder(CELLS)[None]
     slid = Tractions(pressure, 0.4 * pressure, (STEP, 1.0), (True, False), NU, plane_strain=True)
     x, z = (each.ravel() for each in np.meshgrid([0.0, 0.4, -0.9, 1.3], [0.05, 0.3, 0.79, 2.0]))
     found = slid.at(np.stack([x, 5.0 + 0 * x, z], axis=1))
@@ -159,7 +147,7 @@ def test_shear_along_y_is_shear_along_x_of_the_turned_contact(even):
 
 
 def test_stresses_are_in_equilibrium():
-    rough = sphere(hertz() * RANDOM.random((70, 70)), hertz() * RANDOM.random((70, 70)))
+    rough = sphere(HERTZ * RANDOM.random((70, 70)), HERTZ * RANDOM.random((70, 70)))
     points = np.array([[0.3, 0.2, 0.4], [-0.7, 0.5, 0.2], [0.0, -0.9, 0.15], [1.1, 0.1, 0.3]])
     step = 1e-4
     slopes = [

@@ -13,7 +13,7 @@ import pytest
 import fretwear
 from fretwear.data.export import ExportError, write_abaqus, write_tables, write_vtk, write_x3p
 
-from ..studies import STEEL, near, steel
+from ..studies import line_contact, near, steel
 
 
 @pytest.fixture(scope="module")
@@ -23,8 +23,7 @@ def worn():
 
 @pytest.fixture(scope="module")
 def line():
-    given = STEEL | {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}}
-    return fretwear.simulate(fretwear.Case(**given | {"load": "18 N/mm", "cycles": 10}))
+    return fretwear.simulate(steel(**line_contact("10 mm", "18 N/mm"), cycles=10))
 
 
 def appended(path):

@@ -11,7 +11,7 @@ from fretwear.data.files import open_summary
 from fretwear.figures.study import study_figures, write_study_figures
 from fretwear.study.reading import load_study
 
-from ..studies import base, run_study, write_study
+from ..studies import base, line_contact, run_study, write_study
 
 
 def test_a_fretting_map_shows_the_regime_over_load_and_displacement():
@@ -77,8 +77,8 @@ def test_files_and_index_agree(small_study, tmp_path):
 @pytest.mark.parametrize("thickest", ["2 nm", "2 um"])
 def test_lives_of_coatings_are_drawn_if_one_is_worn_through(thickest, tmp_path, check_texts):
     layer = {"youngs_modulus": "400 GPa", "poisson_ratio": 0.2}
-    cylinder = {"indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "100 N/mm"}
-    coated = base(radius=None, coating=layer, cell="8 um", error_estimate=False, **cylinder)
+    coating = {"coating": layer, "cell": "8 um", "error_estimate": False}
+    coated = base(**line_contact("6 mm", "100 N/mm"), **coating)
     varied = {"coating.thickness": {"from": f"1 {thickest[2:]}", "to": thickest}}
     sample = {"kind": "sobol", "points": 8, "seed": 1}
     content = {"title": "Coated", "base": coated, "vary": varied, "design": sample}

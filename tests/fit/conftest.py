@@ -3,11 +3,19 @@ from pathlib import Path
 
 import pytest
 
+from fretwear_fit.request import Measurement
 from fretwear_fit.search import fit
 
 from ..cli.conftest import desk  # noqa: F401
 
 EXPERIMENTS = Path(__file__).parents[2] / "studies/experiments"
+
+
+def measured(x, values, quantity="wear_depth", **keys):
+    """A measurement of the section fit with readings in SI units, without a file."""
+    result = Measurement.unchecked(quantity=quantity, **keys)
+    vars(result)["_read"] = x, values, ""
+    return result
 
 
 @pytest.fixture(scope="session")

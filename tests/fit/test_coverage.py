@@ -8,7 +8,9 @@ from fretwear.study.case import case_keys
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.estimate import LEVELS, Fitter
 from fretwear_fit.noise import Noise
-from fretwear_fit.request import Measurement, Unknown
+from fretwear_fit.request import Unknown
+
+from .conftest import measured
 
 X, GRID = np.linspace(-1e-3, 1e-3, 161), np.linspace(-2e-3, 2e-3, 1601)
 DEPTH = 1e-6
@@ -22,8 +24,7 @@ def profile(x):
 def fitter_of(readings, noise=None, multiple=lambda u: 4.0 * u):
     """The fitter of a multiple of the profile, a function of the place in its range."""
     known = {} if noise is None else {"noise": noise.size, "correlation_length": noise.length}
-    scar = Measurement.unchecked(quantity="wear_depth", baseline=("offset", "tilt"), **known)
-    vars(scar)["_read"] = X, readings, ""
+    scar = measured(X, readings, baseline=("offset", "tilt"), **known)
     comparison = Comparison(scar, 1, noise or Noise(0.05 * DEPTH, 0.0), grid=GRID)
     unknown = Unknown("multiple", 0.0, 4.0, case_keys()["friction"].parameter, logarithmic=False)
     return Fitter(

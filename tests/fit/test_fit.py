@@ -9,12 +9,12 @@ from fretwear.study.case import Case
 from fretwear.study.reading import load_study
 from fretwear_fit.comparison import Comparison
 from fretwear_fit.noise import Noise
-from fretwear_fit.request import Measurement
 from fretwear_fit.runs import predicted
 from fretwear_fit.search import fit
 from fretwear_fit.section import fit_figures, fit_sections
 
-from ..studies import TITANIUM, base, near, write_study
+from ..studies import TITANIUM, VOLUME, base, near, write_study
+from .conftest import measured
 
 pytestmark = pytest.mark.slow
 
@@ -115,13 +115,11 @@ def test_tests_share_a_coefficient_and_have_their_own_friction(tmp_path):
 
 def test_a_ridge_of_coefficient_and_slip_is_sampled_along_its_whole_length(tmp_path):
     """Only K δ is known, to 2 %: intervals are those of the draws."""
-    volume = 4 * 2e-13 * 1066e3 * 75e-6 * 500
-    number = {"quantity": "wear_volume", "value": f"{volume * 1e6} mm^2", "error": "2 %"}
     free = {
         "wear_coefficient": ["1e-13 / Pa", "4e-13 / Pa"],
         "sliding_amplitude": ["50 um", "100 um"],
     }
-    found = fit(study_of(tmp_path, free, number))
+    found = fit(study_of(tmp_path, free, VOLUME))
     assert "correlation" in found.posterior.reason
     assert found.posterior.is_checked
     (told,) = (warning for warning in found.warnings if "together only" in warning)
@@ -180,9 +178,9 @@ def test_a_loop_tells_friction_and_the_stiffness_of_the_rig(tmp_path):
     axes, residuals = figure.figure.axes
     assert residuals.get_xlabel() == "Displacement (µm)"
     assert axes.get_ylabel() == "Force (N)"
-    measured, curve = axes.get_lines()
-    off = curve.get_ydata() - measured.get_ydata()
-    x = measured.get_xdata()
+    readings, curve = axes.get_lines()
+    off = curve.get_ydata() - readings.get_ydata()
+    x = readings.get_xdata()
     assert np.abs(off[np.abs(x) < 0.9 * x.max()]).max() < 4 * 0.3 + 0.1
 
 
@@ -206,9 +204,7 @@ def test_readings_of_a_loop_narrower_than_their_noise_stay_with_its_halves():
     x = np.cos(turn)
     force = x - 0.05 * np.sin(turn) + np.random.default_rng(1).normal(scale=0.1, size=240)
     keys = {"noise": 1e-3, "force_noise": 0.1, "baseline": ()}
-    measured = Measurement.unchecked(quantity="loop", **keys)
-    vars(measured)["_read"] = x, force, ""
-    comparison = Comparison(measured, 0)
+    comparison = Comparison(measured(x, force, "loop", **keys), 0)
     around = np.linspace(0.0, 2 * np.pi, 257)
 
     def misfit(width):
@@ -226,10 +222,7 @@ def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(t
     x = np.linspace(-5e-3, 5e-3, 201)
     line, shift = worn["wear_depth_x"].isel(cycle=-1), 20.4e-3
     depth = np.interp(x + 20e-3 - shift, line["x"].values, line.values, 0.0, 0.0)
-    readings = x + 20e-3, depth + 1e-6
-    scar = Measurement.unchecked(quantity="wear_depth", noise=1e-6)
-    vars(scar)["_read"] = *readings, ""
-    comparison = Comparison.of(scar, worn)
+    comparison = Comparison.of(measured(x + 20e-3, depth + 1e-6, noise=1e-6), worn)
     settled = comparison.settled(comparison.signal(worn))
     assert settled[2] == pytest.approx(shift, abs=1e-5)
     assert settled[0] == pytest.approx(1e-6, abs=1e-8)
@@ -238,9 +231,8 @@ def test_a_profile_in_coordinates_of_the_instrument_is_found_amid_its_readings(t
 def test_a_scar_is_found_where_it_is_though_the_first_prediction_is_three_times_too_deep():
     """Beyond the readings such a scar would leave less of them unexplained than at its place."""
     x, true = np.linspace(-1e-3, 1e-3, 201), 5e-5
-    scar = Measurement.unchecked(quantity="wear_depth", noise=1e-7)
     depth = np.maximum(1e-6 * (1.0 - ((x - true) / 4e-4) ** 2), 0.0)
-    vars(scar)["_read"] = x, depth, ""
+    scar = measured(x, depth, noise=1e-7)
     grid = np.linspace(-2e-3, 2e-3, 801)
     deep = np.maximum(3e-6 * (1.0 - (grid / 4e-4) ** 2), 0.0)
     settled = Comparison(scar, 0, Noise(1e-7, 0.0), grid=grid).settled(deep)

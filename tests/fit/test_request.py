@@ -97,42 +97,43 @@ def test_the_coefficient_of_one_body_needs_a_pair_in_base(tmp_path):
         load_study(write_study(tmp_path / "scar.yaml", content))
 
 
+# A scar of 600 µm by 400 µm, in µm.
+ALONG, ACROSS = 10.0 * np.arange(60), 10.0 * np.arange(40)
+DEPTHS = 0.4 * np.exp(-(((ALONG[:, None] - 290) / 100) ** 2) - ((ACROSS - 190) / 60) ** 2)
+
+
 def test_a_map_gives_the_line_asked_for_along_x_or_y(tmp_path):
     """Heights of 600 µm by 400 µm; lines across count from the edge, and default to the middle."""
     library = pytest.importorskip("SurfaceTopography")
-    x, y = 10.0 * np.arange(60), 10.0 * np.arange(40)  # µm
-    depth = 0.4 * np.exp(-(((x[:, None] - 290) / 100) ** 2) - ((y - 190) / 60) ** 2)
-    library.Topography(-depth, (600.0, 400.0), unit="um").to_netcdf(str(tmp_path / "map.nc"))
+    library.Topography(-DEPTHS, (600.0, 400.0), unit="um").to_netcdf(str(tmp_path / "map.nc"))
 
     def line(**changes):
         given = {"file": "map.nc", "noise": "20 nm"} | changes
         return study(tmp_path, **given).added["fit"].data[0].readings
 
     for expected, changes in (
-        (depth[:, 10], {"line": "100 um"}),
-        (depth[20], {"along": "y", "line": "200 um"}),
+        (DEPTHS[:, 10], {"line": "100 um"}),
+        (DEPTHS[20], {"along": "y", "line": "200 um"}),
     ):
         places, read = line(**changes)
         assert np.diff(places) == near(10e-6)
         assert read - read.mean() == pytest.approx(1e-6 * (expected - expected.mean()), abs=1e-9)
-    assert np.ptp(line(along="y")[1]) == near(1e-6 * np.ptp(depth[30]), rel=0.02)
+    assert np.ptp(line(along="y")[1]) == near(1e-6 * np.ptp(DEPTHS[30]), rel=0.02)
     assert "no line at" in refusal(tmp_path, file="map.nc", line="900 um")
-    scan = library.NonuniformLineScan(x, -depth[:, 10], unit="um")
+    scan = library.NonuniformLineScan(ALONG, -DEPTHS[:, 10], unit="um")
     scan.to_netcdf(str(tmp_path / "scan.nc"))
     places, read = line(file="scan.nc")
-    assert places == pytest.approx(1e-6 * x, abs=1e-12)
-    assert read == pytest.approx(1e-6 * depth[:, 10], abs=1e-12)
+    assert places == pytest.approx(1e-6 * ALONG, abs=1e-12)
+    assert read == pytest.approx(1e-6 * DEPTHS[:, 10], abs=1e-12)
 
 
 def test_a_scar_as_x_y_z_in_a_table_is_a_map_and_the_plan_says_what_it_holds(tmp_path):
-    x, y = 10.0 * np.arange(60), 10.0 * np.arange(40)  # µm
-    depth = 0.4 * np.exp(-(((x[:, None] - 290) / 100) ** 2) - ((y - 190) / 60) ** 2)
-    rows = "".join(f"{a},{b},{-d:.5f}\n" for a, r in zip(x, depth, strict=True)
-                   for b, d in zip(y, r, strict=True))  # fmt: skip
+    rows = "".join(f"{a},{b},{-d:.5f}\n" for a, r in zip(ALONG, DEPTHS, strict=True)
+                   for b, d in zip(ACROSS, r, strict=True))  # fmt: skip
     for head, keys in (("x (um),y (um),z (um)", {}), ("x,y,z", {"units": ["um", "um", "um"]})):
         read = study(tmp_path, f"{head}\n{rows}", noise="20 nm", line="100 um", **keys)
         _, values = read.added["fit"].data[0].readings
-        expected = 1e-6 * depth[:, 10]
+        expected = 1e-6 * DEPTHS[:, 10]
         assert values - values.mean() == pytest.approx(expected - expected.mean(), abs=1e-10)
         (told,) = Plan(read).files
         assert told.startswith("scar.csv: 60 readings, ")

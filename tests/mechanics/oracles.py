@@ -126,11 +126,11 @@ def tangential_step(
 ) -> TangentialStep:
     """Bring the tangential force to ``force``, or shift distant points by ``displacement``.
 
-    It starts from a state with the traction ``before``, which need not belong to the same
+    It starts from a state with the traction ``initial``, which need not belong to the same
     pressure. ``influence`` is the tangential one, m/Pa; ``bound`` is µp in Pa, shape (n,). The
-    relative displacement of the surfaces in the step is v = δ - K (q - q_before) - drag: zero where
+    relative displacement of the surfaces in the step is v = δ - K (q - initial) - drag: zero where
     |q| < µp, positive where q = µp, negative where q = -µp. ``drag``, m, is what a change of
-    pressure adds to K (q - q_before).
+    pressure adds to K (q - initial).
     """
     drag = np.zeros_like(bound) + drag
     touching = bound > 0.0

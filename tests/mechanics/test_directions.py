@@ -23,7 +23,7 @@ from fretwear.run.states import wear_problem
 from fretwear.study.case import CaseError
 from fretwear.theory import coupling_ratio
 
-from ..studies import near, steel
+from ..studies import line_contact, near, steel
 from .oracles import normal_contact
 from .problems import (
     COUPLING,
@@ -250,7 +250,8 @@ def _dense(count, size, weights):
     return matrix.reshape(count**2, count**2)
 
 
-RATIO = 0.4
+RATIO, LINE_CONTACT = 0.4, line_contact("10 mm", "200 N/mm")
+NARROW = [(0.4, 0.6, 0.286), (0.55, 0.45, 0.25), (0.3, 0.5, 0.2)]  # Q/µP, µ, σ/p0
 
 
 def cylinder(stress, cells=80):
@@ -284,7 +285,7 @@ def test_energy_and_wear_are_those_of_a_direct_solution_in_increments(stress, ex
 
 @pytest.mark.parametrize(
     ("ratio", "friction", "stress", "expected"),
-    [(0.4, 0.6, 0.286, 0.2201), (0.55, 0.45, 0.25, 0.3299), (0.3, 0.5, 0.2, None)],
+    [(*each, part) for each, part in zip(NARROW, (0.2201, 0.3299, None), strict=True)],
 )
 def test_cells_resolve_the_narrow_side_of_slip(ratio, friction, stress, expected):
     """The closed form is the slip of a stick zone moved by e = aσ/(4µp0) (Hills and Nowell)."""
@@ -297,26 +298,24 @@ def test_cells_resolve_the_narrow_side_of_slip(ratio, friction, stress, expected
 
     part = deepest(moved) / deepest(0.0)
     assert expected is None or part == near(expected, rel=1e-3)
-    given = {"indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "200 N/mm"}
-    given |= {"youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "wear_coefficient": "7e-13 / Pa"}
-    given |= {"friction": friction, "tangential_ratio": ratio, "cycles": 10}
-    peak = fretwear.Case(**given).hertz_pressure
-    problem = wear_problem(fretwear.Case(**given, bulk_stress=stress * peak))
+    case = steel(**LINE_CONTACT, friction=friction, tangential_ratio=ratio, cycles=10)
+    problem = wear_problem(case.replace(bulk_stress=stress * case.hertz_pressure))
     (_, low, _), _ = worn_once(problem)
     (_, usual, _), _ = worn_once(replace(problem, bulk_stress=0.0))
     assert low / usual == near(part, rel=0.01)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("ratio", "friction", "stress"), [(0.4, 0.6, 0.286), (0.55, 0.45, 0.25), (0.3, 0.5, 0.2)]
-)
+@pytest.mark.parametrize(("ratio", "friction", "stress"), NARROW)
 def test_cells_resolve_the_narrow_side_while_it_wears(ratio, friction, stress):
     """At every cycle to 1 % of quarter cells, and the wide side to a fifth of that."""
-    given = {"indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "200 N/mm"}
-    given |= {"youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "wear_coefficient": "7e-13 / Pa"}
-    given |= {"friction": friction, "tangential_ratio": ratio, "cycles": 1000}
-    case = fretwear.Case(**given, output_cycles=[10, 100], error_estimate=False)
+    case = steel(
+        **LINE_CONTACT,
+        friction=friction,
+        tangential_ratio=ratio,
+        output_cycles=[10, 100],
+        error_estimate=False,
+    )
     case = case.replace(bulk_stress=stress * case.hertz_pressure)
     depths = []
     for each in (case, case.replace(cell=case.grid_spacing[0] / 4.0)):
@@ -371,10 +370,8 @@ def test_where_a_sphere_sticks_friction_strains_it_like_the_flat(even):
 def test_a_stress_that_reverses_slip_is_refused():
     with pytest.raises(ContactError, match="beyond the contact"):
         first_loading(cylinder(0.6))
-    given = {"youngs_modulus": "208 GPa", "poisson_ratio": 0.3, "wear_coefficient": "7e-13 / Pa"}
-    given |= {"indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "400 N/mm"}
-    given |= {"friction": 0.6, "tangential_ratio": RATIO, "cycles": 10}
-    peak = fretwear.Case(**given).hertz_pressure
-    fretwear.Case(**given, bulk_stress=0.5 * peak)
+    ratios = {"friction": 0.6, "tangential_ratio": RATIO}
+    case = steel(**line_contact("6 mm", "400 N/mm"), **ratios, cycles=10)
+    case.replace(bulk_stress=0.5 * case.hertz_pressure)
     with pytest.raises(CaseError, match="beyond the contact, where slip reverses"):
-        fretwear.Case(**given, bulk_stress=0.6 * peak)
+        case.replace(bulk_stress=0.6 * case.hertz_pressure)

@@ -15,7 +15,7 @@ from fretwear.run.simulate import steps
 from fretwear.run.states import wear_problem
 from fretwear.study.case import Case
 
-from ..studies import WAVES, near, refusal, steel
+from ..studies import WAVES, line_contact, near, refusal, steel
 
 pytestmark = pytest.mark.slow
 
@@ -73,8 +73,7 @@ def test_mindlin_sphere_under_a_given_displacement_its_loop_and_gross_slip_as_fo
     [{"displacement_ratio": 0.8, "rig_stiffness": "28 N/um"},
      {"displacement_ratio": 1.2, "cell": "6 um"},
      {"displacement_ratio": 0.9, "roughness": STEEP, "cell": ["1.9 um", "4 um"]},
-     {"indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "100 N/mm", "radius": None,
-      "tangential_ratio": 0.8}],
+     {**line_contact("6 mm", "100 N/mm"), "tangential_ratio": 0.8}],
     ids=["rig", "gross slip", "rough", "cylinder"],
 )  # fmt: skip
 def test_a_loop_is_that_of_many_contacts_and_holds_the_energy_that_its_cycle_dissipates(given):

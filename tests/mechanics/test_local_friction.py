@@ -23,7 +23,7 @@ from fretwear.study.case import Case, CaseError
 from fretwear_cracks.inputs import loaded_case, surface_of
 
 from ..studies import STEEL as STEEL_SPHERE
-from ..studies import near
+from ..studies import line_contact, near
 from .oracles import explicit_wear, normal_contact
 from .problems import (
     COUPLING,
@@ -324,16 +324,8 @@ def rubbed():
 
 def line_case(**changes):
     """A steel cylinder whose friction follows slip."""
-    given = {
-        **STEEL_SPHERE,
-        "radius": None,
-        "tangential_ratio": None,
-        "indenter": {"kind": "cylinder", "radius": "6 mm"},
-        "load": "18.5 N/mm",
-        "friction": LAW,
-        "cycles": 30,
-    }
-    return Case(**{key: value for key, value in (given | changes).items() if value is not None})
+    usual = {"tangential_ratio": None, "friction": LAW, "cycles": 30}
+    return Case(**STEEL_SPHERE | line_contact("6 mm", "18.5 N/mm") | usual | changes)
 
 
 @pytest.mark.parametrize(
@@ -347,8 +339,7 @@ def line_case(**changes):
 def test_errors_of_lines_hold_against_half_cells_and_a_tenth_of_the_tolerance(law, cycles):
     """Run and twin take the same steps, and the edge of stick moves to cells between theirs."""
     case = line_case(
-        indenter={"kind": "cylinder", "radius": "10 mm"},
-        load="342 N/mm",
+        **line_contact("10 mm", "342 N/mm"),
         tangential_load="72.86 N/mm",
         friction={"start": 0.303, "end": 0.614, "energy": "12.7 mJ/mm^2"},
         cycles=cycles,

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.integrate import trapezoid
+from scipy.linalg import toeplitz
 
 from fretwear import simulate
 from fretwear.mechanics.contact.rings import Rings
@@ -56,9 +57,8 @@ class Reference:
     def __init__(self, problem, half, count, parts):
         self.width = 2 * half / count
         self.x = (np.arange(count) - 0.5 * (count - 1)) * self.width
-        modulus, index = problem.composite_modulus, np.arange(count)
-        column = influence_of_cell(count, self.width, CYLINDER.radius, modulus)
-        self.influence = column[abs(index[:, None] - index)]
+        modulus = problem.composite_modulus
+        self.influence = toeplitz(influence_of_cell(count, self.width, CYLINDER.radius, modulus))
         self.phases = np.linspace(-1, 1, parts + 1)
         self.forces = self.phases * problem.loading.tangential_ratio * FRICTION * PER_LENGTH
         least = problem.normal.pulsating_load

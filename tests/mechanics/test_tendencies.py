@@ -4,19 +4,14 @@ import pytest
 
 from fretwear.study.case import Case
 
-from ..studies import STEEL, computed
+from ..studies import STEEL, computed, line_contact
 
 # Cheap runs: a tendency is far larger than their error.
 _COARSE = {"accuracy": "none", "error_estimate": False, "tolerance": 0.05, "output_cycles": []}
 _WEAR = {"poisson_ratio": 0.3, "friction": 0.5, "wear_coefficient": "7e-13 / Pa", "cycles": 300}
 SPHERE = {**STEEL, **_WEAR, "slip_model": "jaeger"}
 ROUGH = {**STEEL, **_WEAR, "cell": "5 um", "cycles": 1}
-CYLINDER = {
-    **SPHERE,
-    "radius": None,
-    "indenter": {"kind": "cylinder", "radius": "10 mm"},
-    "load": "20 N/mm",
-}
+CYLINDER = {**SPHERE, **line_contact("10 mm", "20 N/mm")}
 FORCE = {"tangential_ratio": None, "tangential_load": "12 N"}
 DISPLACED = {**SPHERE, "tangential_ratio": None, "displacement_amplitude": "1 um"}
 YIELDING = {**SPHERE, "plastic_limit": "800 MPa", "cycles": 1}

@@ -10,7 +10,7 @@ from fretwear.run import checkpoint as checkpoints
 from fretwear.run import simulate
 from fretwear.run.checkpoint import Checkpoint
 
-from ..studies import flip
+from ..studies import flip, line_contact
 from .conftest import make_case
 
 CHANGES = {"plastic_limit": "3 GPa", "cycles": 3000, "cell": "6 um", "output_cycles": (10, 1000)}
@@ -47,9 +47,7 @@ COUPLED = {**SHORT, "slip_model": "coupled"}
 PULSATING = {**SHORT, "plastic_limit": None, "pulsating_load": 0.9}
 STROKE = {
     **PULSATING,
-    "indenter": {"kind": "cylinder", "radius": "10 mm"},
-    "radius": None,
-    "load": "20 N/mm",
+    **line_contact("10 mm", "20 N/mm"),
     "tangential_load": None,
     "tangential_ratio": None,
     "sliding_amplitude": "40 um",

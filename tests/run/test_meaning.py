@@ -16,11 +16,11 @@ from fretwear.mechanics.wear import grading
 from fretwear.run.simulate import run, steps
 from fretwear.study.reading import load_study
 
-from ..studies import SELF_AFFINE, WAVES, base, near, run_study, steel, write_study
+from ..studies import SELF_AFFINE, WAVES, base, line_contact, near, run_study, steel, write_study
 
 pytestmark = pytest.mark.slow
 
-CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "50 N/mm"}
+CYLINDER = line_contact("6 mm", "50 N/mm")
 GROSS = {"tangential_ratio": None, "displacement_ratio": 1.3}
 
 

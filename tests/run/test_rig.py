@@ -17,15 +17,15 @@ from fretwear.run.simulate import run
 from fretwear.study.plan import estimate
 from fretwear.study.reading import load_study
 
-from ..studies import base, near, run_study, steel, write_study
+from ..studies import base, line_contact, near, run_study, steel, write_study
 
-ROD = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}}
+LINE = line_contact("6 mm", "18.5 N/mm")
 LOADS = ["10 N/mm", "18.5 N/mm"]
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    content = {"base": base(**ROD, load=None, accuracy="none"), "vary": {"load": LOADS}}
+    content = {"base": base(**line_contact("6 mm"), accuracy="none"), "vary": {"load": LOADS}}
     made = tmp_path_factory.mktemp("line")
     study = load_study(write_study(made / "line.yaml", content))
     run_study(study, made)
@@ -77,18 +77,17 @@ def test_a_study_is_merged_and_drawn_without_maps(folder, paths):
 
 
 def test_bare_numbers_are_forces_per_length_and_the_plan_counts_strips():
-    typed = steel(**ROD, load="18.5 N/mm")
-    assert steel(**ROD, load=18.5e3).case_id == typed.case_id
+    typed = steel(**LINE)
+    assert typed.replace(load=18.5e3).case_id == typed.case_id
     assert typed.case_id.startswith("cylinder-P18.5N_mm-Q7.4N_mm-")
     assert typed.coupling == 1.0
     assert typed.tangential_load == near(0.8 * 0.5 * 18.5e3)
-    found = estimate(steel(**ROD, load="18.5 N/mm"))
+    found = estimate(typed)
     assert found.cells_y == 1
     assert math.isfinite(found.seconds)
     assert np.isfinite(found.memory_bytes)
 
 
-LINE = {**ROD, "load": "18.5 N/mm"}
 SLIDING = {
     **LINE,
     "tangential_ratio": None,

@@ -13,7 +13,7 @@ from fretwear.study.case import Case, CaseError
 from fretwear.study.case_warnings import case_warnings
 from fretwear.study.discretisation import rounded_down
 
-from ..studies import WAVES, near, refusal, steel
+from ..studies import WAVES, line_contact, near, refusal, steel
 
 # Waves much longer than a slip annulus.
 FALLING = {"slow": 4e-13, "fast": 1e-13, "decay": 11e-6, "frequency": 10.0}
@@ -113,7 +113,7 @@ def test_what_is_wrong_is_refused_by_name_and_rule_all_at_once(changes, parts):
     assert all(part in message for part in parts)
 
 
-LINE = {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}}
+LINE = line_contact("10 mm")
 FORCES = {"load": "135 N", "tangential_ratio": None, "tangential_load": "138 N"}
 
 
@@ -212,7 +212,7 @@ def test_a_case_is_shown_as_lines():
     assert len(lines) == len(case.scalar_coordinates())
 
 
-LINE_LOAD = {**LINE, "load": "135 N/mm"}
+LINE_LOAD = line_contact("10 mm", "135 N/mm")
 ELLIPSE = {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "40 mm"}
 
 

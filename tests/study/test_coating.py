@@ -17,7 +17,7 @@ from fretwear.study.reading import load_study
 from fretwear_cracks import StressError
 from fretwear_fit.search import fit
 
-from ..studies import base, near, steel, two_loads, write_study
+from ..studies import base, line_contact, near, steel, two_loads, write_study
 
 HARD = {"thickness": "15 um", "youngs_modulus": "500 GPa", "poisson_ratio": 0.2}
 
@@ -57,7 +57,7 @@ def test_the_pressure_ratio_is_that_of_a_sphere(indenter):
 
 WORN = {**HARD, "wear_coefficient": "1e-15 / Pa"}
 YIELDS = {**HARD, "plastic_limit": "12 GPa"}
-CYLINDER = {"radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "18 N/mm"}
+CYLINDER = line_contact("6 mm", "18 N/mm")
 HELD = {"tangential_ratio": None, "displacement_amplitude": "1 um"}
 FOLLOWS = {"value": "1e-14 / Pa", "pressure_exponent": 0.6, "reference_pressure": "100 MPa"}
 SLIDES = {"tangential_ratio": None, "sliding_amplitude": "20 um"}

@@ -23,7 +23,7 @@ from .. import studies
 from ..studies import WAVES, near
 
 SHALLOW = {"amplitude": 2e-7, "slope_x": 0.035, "slope_y": 0.017}
-LINE = {"radius": None, "indenter": {"kind": "cylinder", "radius": "10 mm"}, "load": "300 N/mm"}
+LINE = studies.line_contact("10 mm", "300 N/mm")
 
 
 def steel(**changes):
@@ -155,9 +155,10 @@ def test_the_band_of_a_tip_that_yields_is_within_its_annulus_of_slip(ratio):
 
 
 WAVY_CYLINDER = {
-    "radius": None, "indenter": {"kind": "cylinder", "radius": "6 mm"}, "load": "100 N/mm",
-    "wear_coefficient": "3e-14 / Pa", "cycles": 1000,
-}  # fmt: skip
+    **studies.line_contact("6 mm", "100 N/mm"),
+    "wear_coefficient": "3e-14 / Pa",
+    "cycles": 1000,
+}
 
 
 @pytest.mark.slow

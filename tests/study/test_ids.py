@@ -2,9 +2,7 @@
 
 import csv
 import hashlib
-import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
@@ -12,6 +10,8 @@ import pytest
 
 import fretwear
 from fretwear.study.reading import load_study
+
+from ..studies import printed
 
 FOLDER = Path(__file__).parents[2] / "studies"
 STUDIES = {str(file.relative_to(FOLDER)): file for file in sorted(FOLDER.rglob("*.yaml"))}
@@ -64,10 +64,8 @@ def test_a_new_key_with_a_default_changes_no_id(tmp_path):
         "print(fretwear.__file__, case.case_id, case.humidity, case.roughness.skewness)\n"
         "print(case.case_id != changed.case_id)"
     )
-    asked = [sys.executable, "-c", script, str(FOLDER / "demo.yaml")]
-    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
-    done = subprocess.run(asked, env=environment, capture_output=True, text=True, check=True)
-    file, case_id, *defaults, differs = done.stdout.split()
+    asked = [sys.executable, "-c", script, FOLDER / "demo.yaml"]
+    file, case_id, *defaults, differs = printed(*asked, PYTHONPATH=str(tmp_path)).split()
     assert Path(file).is_relative_to(tmp_path)
     assert [case_id, *defaults] == [
         [*load_study(FOLDER / "demo.yaml").points()][-1].id,

@@ -20,7 +20,7 @@ from fretwear.study.rules import RULES
 from fretwear.study.sections import study_schema
 from fretwear.units import in_unit
 
-from ..studies import SELF_AFFINE, WAVES, near, steel, study_case
+from ..studies import SELF_AFFINE, WAVES, line_contact, near, steel, study_case
 
 jsonschema = pytest.importorskip("jsonschema")
 
@@ -116,13 +116,7 @@ PUNCH = {
     "edge_radius": "6 mm",
     "half_width": "1 mm",
 }
-LINE = {
-    "radius": None,
-    "indenter": {"kind": "cylinder", "radius": "6 mm"},
-    "load": "18.5 N/mm",
-    "roughness": None,
-    "cell": None,
-}
+LINE = {**line_contact("6 mm", "18.5 N/mm"), "roughness": None, "cell": None}
 LAW = {"value": "4e-14 / Pa", "pressure_exponent": 0.6, "reference_pressure": "100 MPa"}
 
 
