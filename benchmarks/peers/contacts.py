@@ -19,6 +19,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from benchmarks.study_contacts import SELF_AFFINE, WAVES, study_case
+from tests.mechanics.problems import unfolded
 
 from fretwear.arrays import Array
 from fretwear.mechanics.contact.grid import Grid
@@ -162,11 +163,9 @@ class Aspher(Peer):
 PEERS: tuple[type[Peer], ...] = (Tamaas, ContactMechanics)
 
 
-def pressed_by(
-    kind: type[Peer], problem: ContactProblem, modulus: float, tolerance: float = 1e-9
-) -> Array:
+def pressed_by(kind: type[Peer], problem: ContactProblem, modulus: float) -> Array:
     """The pressure, Pa, with which a peer solves a contact without a layer."""
-    peer = kind(problem.half_space.geometry, modulus, tolerance)
+    peer = kind(problem.half_space.geometry, modulus, tolerance=1e-9)
     return peer.solve(problem.shape, problem.load, problem.limit)
 
 
@@ -182,12 +181,6 @@ def residual(problem: ContactProblem, pressure: Array) -> float:
     worst = max(float(np.abs(gap[loaded]).max()), -float(gap[~loaded].min(initial=0.0)))
     missing = abs(float(pressure.sum()) / problem.total - 1.0)
     return max(worst / float(displacement.max()), missing)
-
-
-def unfolded(field: Array) -> Array:
-    """The whole of a field that is even in x and y, from its quarter x > 0, y > 0."""
-    half = np.concatenate([field[::-1], field], axis=0)
-    return np.concatenate([half[:, ::-1], half], axis=1)
 
 
 RESIDUAL = 1e-6
@@ -206,7 +199,7 @@ Solver = Callable[[], Array]
 """Makes everything that it needs and returns the pressure, Pa, on the whole window."""
 
 
-def cold(kind: str, cells: int, *, quarter: bool = False) -> ContactProblem:
+def cold(kind: str, cells: int, *, quarter: bool) -> ContactProblem:
     """A first loading on so many whole cells along x and y."""
     case = study_case(**CONTACTS[kind])
     problem = states.wear_problem(case)
@@ -235,7 +228,7 @@ def own(problem: ContactProblem, start: dict[str, Array]) -> Solver:
     def solve() -> Array:
         bodies = window.half_space(modulus)
         contact = solve_contact(replace(problem, half_space=bodies), **start, tolerance=RESIDUAL)
-        return unfolded(contact.pressure) if all(window.even) else contact.pressure
+        return unfolded(contact.pressure, window.even)
 
     return solve
 
@@ -275,7 +268,7 @@ def compare(
 
         tamaas.initialize(1)
 
-    def contact(cells: int, *, quarter: bool = False) -> tuple[ContactProblem, dict[str, Array]]:
+    def contact(cells: int, *, quarter: bool) -> tuple[ContactProblem, dict[str, Array]]:
         first = cold(kind, cells, quarter=quarter)
         return warm(first) if worn else (first, {})
 

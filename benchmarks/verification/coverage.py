@@ -70,23 +70,21 @@ JUDGED = [each.name for each in SCALARS if each.is_headline and each.name not in
 JUDGED += ["worn_through_cycle", "exposed_area", "coating_left"]
 
 
-def cases(
-    seed: int = SEED, families: Iterable[str] = tuple(FAMILIES)
-) -> Iterator[tuple[str, Case, Case]]:
+def cases(families: Iterable[str] = tuple(FAMILIES)) -> Iterator[tuple[str, Case, Case]]:
     """A name, the case, and the case of its truth; drawn at random, X evenly."""
     for family in families:
         count = FAMILIES[family]
-        rng = np.random.default_rng([seed, *family.encode()])
+        rng = np.random.default_rng([SEED, *family.encode()])
         places = (rng.permutation(count) + 0.5) / count
         for number, place in enumerate(places):
             name, case = _drawn(family, number, place, rng)
             yield name, case, truth_of(case)
 
 
-def truth_of(case: Case, longest: float = LONGEST) -> Case:
-    """The case by which another one is judged, on wider cells if it would take longer, s."""
+def truth_of(case: Case) -> Case:
+    """The case by which another one is judged, on wider cells if it would take longer."""
     true = case.replace(cell=[each / REFERENCE for each in case.grid_spacing])
-    if estimate(true).seconds > longest and not case.cells.is_graded:
+    if estimate(true).seconds > LONGEST and not case.cells.is_graded:
         return case.replace(cell=[2.0 * each for each in true.grid_spacing])
     return true
 

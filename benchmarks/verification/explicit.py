@@ -5,10 +5,9 @@ import math
 import numpy as np
 from benchmarks.pages import Data, Section, named, worst
 from benchmarks.verification.problems import snapshots
-from tests.mechanics.oracles import Worn, explicit_wear
+from tests.mechanics.oracles import extrapolated_wear
 from tests.mechanics.problems import ROUGH, SMOOTH, A, fretting
 
-from fretwear.arrays import Array
 from fretwear.mechanics.contact.grid import Grid
 
 CELLS = 16
@@ -24,28 +23,21 @@ CASES = {
 """Surface and plastic limit over p0 of each case; the limits are low so that coarse grids yield."""
 
 
-def extrapolated(coarse: Worn, fine: Worn) -> tuple[Array, Array]:
-    """Wear and plastic depth without the first-order error of the steps."""
-    return 2 * fine.wear - coarse.wear, 2 * fine.plastic - coarse.plastic
-
-
 def compare(name: str) -> Data:
     surface, limit = CASES[name]
     extent = (1.7 * A, 1.7 * A)
     problem = fretting(CELLS, roughness=surface, limit=limit, extent=extent)
     state = snapshots(problem, [CYCLES], TOLERANCE)[CYCLES].state
     window = Grid(state.geometry.shape, problem.spacing)
-    coarse = explicit_wear(problem, window, CYCLES, STEPS)
-    fine = explicit_wear(problem, window, CYCLES, 2 * STEPS)
-    wear, plastic = extrapolated(coarse, fine)
-    volume, sunk = float(wear.sum()), float(plastic.sum())
+    expected = extrapolated_wear(problem, window, CYCLES, STEPS)
+    volume, sunk = float(expected.wear.sum()), float(expected.plastic.sum())
     worn = state.geometry.resized(state.wear, window)
     flowed = state.geometry.resized(state.plastic, window)
     return {
         "name": name,
         "steps": state.step,
         "volume": float(worn.sum()) / volume - 1,
-        "depth": float(np.abs(worn - wear).sum()) / volume,
+        "depth": float(np.abs(worn - expected.wear).sum()) / volume,
         "plastic": float(flowed.sum()) / sunk - 1 if sunk else 0.0,
     }
 

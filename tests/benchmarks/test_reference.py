@@ -22,10 +22,11 @@ APPROACH, CENTRAL, DEEPEST, VOLUME, PLASTIC, CONTACT, STICK = range(7)
 TABLE = Path(__file__).parents[1] / "mechanics/reference/smooth_wear.csv"
 
 
-def press(rings, shape, limit=math.inf, load=UNIT_HERTZ.load, start=None):
+def press(rings, shape):
     r, rigid = rings.radii, np.zeros_like(shape)
     hertz = UNIT_HERTZ.pressure(r), UNIT_HERTZ.gap(r), UNIT_HERTZ.approach, r < 1.0, r < 0.0
-    return solve_contact(rings, lambda _: (shape, rigid), load, limit, start or RingContact(*hertz))
+    start = RingContact(*hertz)
+    return solve_contact(rings, lambda _: (shape, rigid), UNIT_HERTZ.load, math.inf, start)
 
 
 def test_hertz_converges_with_the_rings_and_a_flat_punch_has_its_approach():

@@ -142,17 +142,16 @@ SLIDING = {
 }
 
 
-def loop_file(folder, case, noise, unit=1.0):
+def loop_file(folder, case, noise):
     """A loop of a case at cycle 0, off the center, whose readings scatter."""
     loops, generator = run(case).loops.isel(cycle=0), np.random.default_rng(1)
-    force, where = loops["force"].values / unit, loops["displacement"].values * 1e6
+    force, where = loops["force"].values, loops["displacement"].values * 1e6
     places = np.linspace(0, where.size - 1, 90)
     force, where = (np.interp(places, np.arange(where.size), each) for each in (force, where))
     force += noise * generator.normal(size=90) + 1.0
     where += 0.02 * generator.normal(size=90) - 0.1
     rows = (f"{a},{b}" for a, b in zip(where, force, strict=True))
-    name = "N" if unit == 1.0 else "N/mm"
-    (folder / "loop.csv").write_text("\n".join([f"displacement (um),force ({name})", *rows]))
+    (folder / "loop.csv").write_text("\n".join(["displacement (um),force (N)", *rows]))
 
 
 def test_a_loop_tells_friction_and_the_stiffness_of_the_rig(tmp_path):

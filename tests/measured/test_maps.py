@@ -104,8 +104,8 @@ def test_a_matrix_may_have_its_axes(tmp_path, corner, separator):
     assert "axes" in found.summary
 
 
-def matrix(values, separator="\t"):
-    return "\n".join(separator.join(f"{z:.6f}" for z in line) for line in values)
+def matrix(values):
+    return "\n".join("\t".join(f"{z:.6f}" for z in line) for line in values)
 
 
 def test_a_tilted_map_has_no_axes(tmp_path):

@@ -10,12 +10,21 @@ from fretwear_measured.tables import Layout, Sought, open_table
 
 X, DEPTH = [-0.5e-3, 0.0, 1.25e-3], [1e-9, -2.5e-7, 3e-7]
 WANTED = ("x", "position"), ("depth", "wear")
+VOLTS = {"columns": (0, 1), "scale": ("10 mm/V", "1 um")}
 UNITS, SECOND = {"units": ("mm", "um")}, {"columns": (1, "tiefe")}
 
 
-def columns(path, **layout):
+@pytest.fixture
+def columns(tmp_path):
+    """Read position and depth, m, from the content of a file, a text or bytes."""
     sought = [Sought(LENGTH, words) for words in WANTED]
-    return open_table(path, Layout(**layout)).read(sought, "like (mm), this (um)")[1]
+    file = tmp_path / "scar.csv"
+
+    def read(content, **layout):
+        file.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return open_table(file, Layout(**layout)).read(sought, "like (mm), this (um)")[1]
+
+    return read
 
 
 @pytest.mark.parametrize(
@@ -35,12 +44,14 @@ def columns(path, **layout):
         ("# By a maker\n# x (mm), depth\n-0.5 0.001\n0 -0.25\n1.25 0.3\n", "utf-8", UNITS),
         ("Nr;Weg;Tiefe\n1;-0,5;0,001\n2;0;-0,25\n3;1,25;0,3\n", "utf-8", UNITS | SECOND),
         ("1 2\n3 4\nx mm;depth um\n-0,5;0,001\n0;-0,25\n1,25;0,3\n", "utf-8", {"skip": 2}),
+        # An empty cell in front: what pandas writes with its index, and a time that is left out.
+        ("\tx (mm)\tdepth (um)\n0\t-0.5\t0.001\n1\t0\t-0.25\n2\t1.25\t0.3\n", "utf-8", {}),
+        ("time\tx (mm)\tdepth (um)\n\t-0.5\t0.001\n\t0\t-0.25\n\t1.25\t0.3\n", "utf-8", {}),
+        ("x (mV);depth\n-50;0.001\n0;-0.25\n125;0.3\n", "utf-8", VOLTS),
     ],
 )
-def test_position_and_depth_are_found_in_si_units(tmp_path, text, encoding, layout):
-    file = tmp_path / "scar.csv"
-    file.write_bytes(text.encode(encoding))
-    x, depth = columns(file, **layout)
+def test_position_and_depth_are_found_in_si_units(columns, text, encoding, layout):
+    x, depth = columns(text.encode(encoding), **layout)
     np.testing.assert_allclose(x, X, rtol=1e-12)
     np.testing.assert_allclose(depth, DEPTH, rtol=1e-12)
 
@@ -64,58 +75,34 @@ def test_position_and_depth_are_found_in_si_units(tmp_path, text, encoding, layo
         ("x (mm),depth (um)\n1,2\n2,3\n", {"encoding": "klingon"}, "no encoding 'klingon'"),
     ],
 )
-def test_what_cannot_be_known_is_said_in_a_sentence(tmp_path, text, layout, sentence):
-    file = tmp_path / "scar.csv"
-    file.write_text(text)
+def test_what_cannot_be_known_is_said_in_a_sentence(columns, text, layout, sentence):
     with pytest.raises(QuantityError, match=sentence):
-        columns(file, **layout)
+        columns(text, **layout)
 
 
-def test_archives_are_refused(tmp_path):
-    file = tmp_path / "scar.csv"
+def test_archives_are_refused(columns):
     for content in (gzip.compress(b"x (mm),depth (um)\n1,2\n3,4\n"), b"PK\3\4" + bytes(40)):
-        file.write_bytes(content)
         with pytest.raises(QuantityError, match="is an archive or a spreadsheet; unpack it"):
-            columns(file)
+            columns(content)
 
 
 @pytest.mark.parametrize("mark", ["-9999", "1e10", "-1.8e308", "***", ""])
-def test_marks_of_missing_values_are_no_numbers(tmp_path, mark):
-    file = tmp_path / "scar.csv"
-    file.write_text(f"x (mm);depth (um)\n1;2\n2;-1\n3;{mark}\n4;{mark}\n5;3\n")
-    np.testing.assert_allclose(columns(file)[1], 1e-6 * np.array([2, -1, np.nan, np.nan, 3]))
+def test_marks_of_missing_values_are_no_numbers(columns, mark):
+    _, depth = columns(f"x (mm);depth (um)\n1;2\n2;-1\n3;{mark}\n4;{mark}\n5;3\n")
+    np.testing.assert_allclose(depth, 1e-6 * np.array([2, -1, np.nan, np.nan, 3]))
 
 
 @pytest.mark.parametrize(
     ("decimal", "depths"), [(",", "1;25,000\n2;1.030,500"), (".", "1;25\n2;1,030.5")]
 )
-def test_a_said_decimal_sign_tells_thousands_from_decimals(tmp_path, decimal, depths):
-    file = tmp_path / "scar.csv"
-    file.write_text(f"x (mm);depth (nm)\n{depths}\n")
-    depth = columns(file, decimal=decimal)[1]
+def test_a_said_decimal_sign_tells_thousands_from_decimals(columns, decimal, depths):
+    _, depth = columns(f"x (mm);depth (nm)\n{depths}\n", decimal=decimal)
     np.testing.assert_allclose(depth, 1e-9 * np.array([25.0, 1030.5]), rtol=1e-12)
 
 
-def test_an_empty_cell_at_the_beginning_keeps_the_others_in_their_columns(tmp_path):
-    """What pandas writes with its index, and rows whose time is left out."""
-    file = tmp_path / "scar.txt"
-    file.write_text("\tx (mm)\tdepth (um)\n0\t-0.5\t0.001\n1\t0\t-0.25\n2\t1.25\t0.3\n")
-    np.testing.assert_allclose(columns(file), [X, DEPTH], rtol=1e-12)
-    file.write_text("time\tx (mm)\tdepth (um)\n\t-0.5\t0.001\n\t0\t-0.25\n\t1.25\t0.3\n")
-    np.testing.assert_allclose(columns(file), [X, DEPTH], rtol=1e-12)
-
-
-def test_words_beside_numbers_matter_only_in_columns_that_are_used(tmp_path):
-    file = tmp_path / "scar.csv"
+def test_words_beside_numbers_matter_only_in_columns_that_are_used(columns):
     rows = "12:00:01;-0.5;0.001;ok\n12:00:02;0;-0.25;ok\n12:00:03;1.25;0.3;warm\n"
-    file.write_text(f"clock;x (mm);depth (um);state\n{rows}")
-    np.testing.assert_allclose(columns(file), [X, DEPTH], rtol=1e-12)
+    text = f"clock;x (mm);depth (um);state\n{rows}"
+    np.testing.assert_allclose(columns(text), [X, DEPTH], rtol=1e-12)
     with pytest.raises(QuantityError, match="no numbers in its column 'state', but 'ok' in line 2"):
-        columns(file, columns=("x", "state"))
-
-
-def test_a_scale_turns_volts_into_lengths(tmp_path):
-    file = tmp_path / "scar.csv"
-    file.write_text("x (mV);depth\n-50;0.001\n0;-0.25\n125;0.3\n")
-    layout = {"columns": (0, 1), "scale": ("10 mm/V", "1 um")}
-    np.testing.assert_allclose(columns(file, **layout), [X, DEPTH], rtol=1e-12)
+        columns(text, columns=("x", "state"))

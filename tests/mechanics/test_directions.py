@@ -1,6 +1,5 @@
 """Slip by the true influence of tractions: friction as a vector, along x alone, bulk stress."""
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -24,7 +23,7 @@ from fretwear.study.case import CaseError
 from fretwear.theory import coupling_ratio
 
 from ..studies import line_contact, near, steel
-from .oracles import normal_contact
+from .oracles import normal_contact, with_images
 from .problems import (
     COUPLING,
     EDGE,
@@ -243,11 +242,7 @@ def test_late_wear_is_that_of_short_explicit_steps_with_dense_matrices():
 def _dense(count, size, weights):
     """Influence of the cells of a quarter and their images."""
     kernel = influence_coefficients((2 * count + 1,) * 2, (size, size), MODULUS, weights)
-    i = np.arange(count)
-    near_by, image = np.abs(i[:, None] - i), i[:, None] + i + 1
-    both = itertools.product((near_by, image), repeat=2)
-    matrix = sum(kernel[dx[:, None, :, None], dy[None, :, None, :]] for dx, dy in both)
-    return matrix.reshape(count**2, count**2)
+    return with_images(kernel, *np.divmod(np.arange(count**2), count))
 
 
 RATIO, LINE_CONTACT = 0.4, line_contact("10 mm", "200 N/mm")

@@ -20,7 +20,7 @@ from fretwear.mechanics.surfaces.materials import ElasticBodies
 from fretwear.mechanics.wear.integrator import first_loading
 
 from ..studies import near
-from .oracles import normal_contact
+from .oracles import normal_contact, with_images
 from .problems import STEEL, A, fretting
 
 RADIUS, LOAD, (YOUNG, NU) = 10e-3, 50.0, STEEL
@@ -232,12 +232,7 @@ def test_partial_slip_on_a_film_is_that_of_a_dense_solution(ratio, thickness):
     moved = replace(problem.film, way="along")
     kernel = influence_coefficients(shape, grid.spacing, problem.composite_modulus, weights, moved)
     touched = np.flatnonzero(state.pressure)
-    i, j = np.divmod(touched, ny)
-    matrix = sum(
-        kernel[x, y]
-        for x in (abs(i[:, None] - i), i[:, None] + i + 1)
-        for y in (abs(j[:, None] - j), j[:, None] + j + 1)
-    )
+    matrix = with_images(kernel, *np.divmod(touched, ny))
     bound = problem.friction_law.coefficient * state.pressure.ravel()[touched]
     # What q leaves of its bound is the pressure of a contact, and the slip its gap.
     spare, slip, _ = normal_contact(matrix, -matrix @ bound, 1.0, 0.3 * bound.sum())

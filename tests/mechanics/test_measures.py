@@ -134,8 +134,9 @@ def test_the_scar_of_a_grid_is_that_of_rings():
         assert grid.scar_half_width_y == near(grid.scar_half_width_x, rel=1e-6)
 
 
-def evolve_to(problem, cycles=(10.0, 1000.0)):
-    return [Measures(problem, s) for s in evolve(problem, [*cycles]) if s.cycle in cycles]
+def evolve_to(problem):
+    cycles = [10.0, 1000.0]
+    return [Measures(problem, s) for s in evolve(problem, cycles) if s.cycle in cycles]
 
 
 PROBLEM = fretting()

@@ -17,7 +17,7 @@ from fretwear.mechanics.values import OverCycles
 from fretwear.mechanics.wear.integrator import evolve
 
 from ..studies import near
-from .oracles import influence_matrix, love, normal_contact, tangential_step
+from .oracles import influence_matrix, love, normal_contact, tangential_step, with_images
 from .problems import CONVERGED, COUPLING, FRICTION, HERTZ, LOAD, MODULUS, A, fretting, unworn
 
 WINDOW = Grid((36, 28), (0.4e-3 / 36, 0.4e-3 / 28), even=(False, False))
@@ -109,11 +109,10 @@ def test_half_way_back_more_sticks_and_friction_does_the_work_of_the_loop(case):
 
 def quarter_influence(window):
     """Tangential displacement of each cell under unit traction on it and its images, m/Pa."""
-    x, y = (c.ravel() for c in np.meshgrid(window.x, window.y, indexing="ij"))
-    images = [(a * x, b * y) for a in (1, -1) for b in (1, -1)]
-    return COUPLING * sum(
-        love(x[:, None] - at_x, y[:, None] - at_y, window.spacing, MODULUS) for at_x, at_y in images
-    )
+    (nx, ny), (dx, dy) = window.shape, window.spacing
+    x, y = np.arange(2 * nx)[:, None] * dx, np.arange(2 * ny) * dy
+    kernel = COUPLING * love(x, y, window.spacing, MODULUS)
+    return with_images(kernel, *np.divmod(np.arange(nx * ny), ny))
 
 
 @pytest.mark.slow

@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from fretwear.cli.common import aligned, argument, open_checked, say
+from fretwear.cli.common import CaseFile, aligned, argument, open_checked, say
 from fretwear.units import in_unit, number_text, readable_unit, with_error
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _SAME = 1e-12  # relative difference of equal parameters
 _UNWORN = "Unworn: closed forms for smooth elastic bodies (Hertz, Cattaneo and Mindlin)."
 
 
-def show(file: Annotated[Path, argument("OUT.nc", "Case file (netCDF).")]) -> None:
+def show(file: CaseFile) -> None:
     """Print parameters and key results of a case, beside closed forms of smooth elastic bodies."""
     with open_checked(file) as (case, history):
         for line in case_lines(case, history):

@@ -101,12 +101,9 @@ def seconds_after(plan: Plan) -> float:
     return SECONDS_AFTER + drawn + SECONDS_PER_CASE_MERGED * cases
 
 
-def machine_warnings(plan: Plan, available: int | None = None) -> Iterator[str]:
-    """Iterate over likely failures of a study on this machine.
-
-    The memory, bytes, defaults to what is available now.
-    """
-    available = available_memory() if available is None else available
+def machine_warnings(plan: Plan) -> Iterator[str]:
+    """Iterate over likely failures of a study on this machine, in the memory available now."""
+    available = available_memory()
     reasons = (
         (name, why_too_large(expected, available)) for name, expected in plan.estimates.items()
     )
