@@ -8,6 +8,7 @@ The block has a mesh of its own, finer under the contact; the forces of the file
 nodes around each. It is half of the contact, y > 0, held below and at its far sides.
 """
 
+import math
 import subprocess
 import sys
 import tempfile
@@ -44,20 +45,20 @@ def loads(path: Path) -> tuple[Array, Array]:
     return positions, forces
 
 
-def levels(near: float, half_width: float) -> Array:
-    """Coordinates, m, from 0: even up to `near`, in half-widths, then ever wider."""
-    steps = [FINE] * round(near / FINE)
-    while sum(steps) < FAR:
-        steps.append(GROWTH * steps[-1])
-    return np.concatenate([[0.0], np.cumsum(steps)]) * half_width
+def levels(size: float, near: float, far: float, growth: float, widest: float) -> Array:
+    """Coordinates from 0: steps of a size up to `near`, then ever wider ones to beyond `far`."""
+    steps = [size] * round(near / size)
+    while sum(steps) < far:
+        steps.append(min(growth * steps[-1], widest))
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def solve(positions: Array, forces: Array, modulus: float, ratio: float) -> tuple[Array, Array]:
     """Nodes (n, 3), m, and their stresses (n, 6), Pa, of the block."""
     loaded = np.abs(forces).sum(axis=1) > 0.0
     half_width = float(positions[loaded, 0].max())
-    one_side, y = levels(1.2, half_width), levels(1.2, half_width)
-    x, z = np.concatenate([-one_side[:0:-1], one_side]), -levels(1.2, half_width)
+    y = levels(FINE, 1.2, FAR, GROWTH, math.inf) * half_width
+    x, z = np.concatenate([-y[:0:-1], y]), -y
     number = np.arange(1, x.size * y.size * z.size + 1).reshape(x.size, y.size, z.size)
     nodes = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
     low, high = slice(None, -1), slice(1, None)
@@ -90,7 +91,8 @@ def solve(positions: Array, forces: Array, modulus: float, ratio: float) -> tupl
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "block.inp").write_text("\n".join(lines), encoding="ascii")
         subprocess.run(["ccx", "block"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
-        return nodes, _stresses(Path(folder, "block.frd"))
+        found = last_results(Path(folder, "block.frd"), "STRESS")
+    return nodes, np.array([*found.values()])
 
 
 def rows_of(*columns: Array) -> list[str]:
@@ -98,15 +100,18 @@ def rows_of(*columns: Array) -> list[str]:
     return [", ".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True)]
 
 
-def _stresses(path: Path) -> Array:
-    """Stresses of all nodes from a results file, whose columns have 12 characters."""
-    found, is_stress = [], False
+def last_results(path: Path, name: str) -> dict[int, list[float]]:
+    """The last six results of a name of each node, from a file of columns of 12 characters."""
+    found: dict[int, list[float]] = {}
+    is_wanted = False
     for line in path.read_text(encoding="ascii").splitlines():
         if line.startswith(" -4"):
-            is_stress = line.split()[1] == "STRESS"
-        elif is_stress and line.startswith(" -1"):
-            found.append([float(line[start : start + 12]) for start in range(13, 85, 12)])
-    return np.array(found)
+            is_wanted = line.split()[1] == name
+            found = {} if is_wanted else found
+        elif is_wanted and line.startswith(" -1"):
+            numbers = [float(line[start : start + 12]) for start in range(13, 85, 12)]
+            found[int(line[3:13])] = numbers
+    return found
 
 
 def example(folder: Path) -> list[str]:

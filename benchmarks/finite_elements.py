@@ -10,12 +10,11 @@ import resource
 import subprocess
 import tempfile
 import time
-from collections.abc import Iterator
 from math import log, pi, sqrt
 from pathlib import Path
 
 import numpy as np
-from benchmarks.calculix import rows_of
+from benchmarks.calculix import last_results, levels, rows_of
 from benchmarks.pages import Data, Page, Section, table
 from matplotlib.figure import Figure
 
@@ -43,17 +42,11 @@ def slip(x: Array, stick: float) -> Array:
     return FRICTION * stick**2 / (2.0 * RADIUS) * (t * np.sqrt(t**2 - 1.0) - np.arccosh(t))
 
 
-def _levels(size: float, near: float, far: float) -> Array:
-    steps = [size] * round(near / size)
-    while sum(steps) < far:
-        steps.append(min(GROWTH * steps[-1], 0.1 * far))
-    return np.concatenate([[0.0], np.cumsum(steps)])
-
-
 def _deck(size: float) -> tuple[str, Array]:
     """Input of CalculiX for elements of a size, mm, and the x of the nodes of the slave face."""
     a = half_width(LOAD)
-    side, down = _levels(size, FINE * a, FAR * a), _levels(size, DEEP * a, FAR * a)
+    far = FAR * a
+    side, down = (levels(size, near * a, far, GROWTH, 0.1 * far) for near in (FINE, DEEP))
     x = np.concatenate([-side[:0:-1], side])
     depth, shape = float(down[-1]), (x.size, 2, down.size)
     layers = np.array([0.0, size])
@@ -113,20 +106,6 @@ def _deck(size: float) -> tuple[str, Array]:
     return "\n".join([*lines, ""]), places
 
 
-def _contact(path: Path) -> Iterator[tuple[int, list[float]]]:
-    """Nodes and their last results of the contact: opening, slips, pressure, shears."""
-    rows: dict[int, list[float]] = {}
-    is_contact = False
-    for line in path.read_text(encoding="ascii").splitlines():
-        if line.startswith(" -4"):
-            is_contact = line.split()[1] == "CONTACT"
-            rows = {} if is_contact else rows
-        elif is_contact and line.startswith(" -1"):
-            values = [float(line[start : start + 12]) for start in range(13, 85, 12)]
-            rows[int(line[3:13])] = values
-    yield from rows.items()
-
-
 def by_elements(size: float) -> Data:
     """Results of CalculiX with elements of a size, mm; lengths in mm, MPa."""
     text, places = _deck(size)
@@ -136,9 +115,9 @@ def by_elements(size: float) -> Data:
         subprocess.run(["ccx", "contact"], cwd=folder, check=True, stdout=subprocess.DEVNULL)
         end = resource.getrusage(resource.RUSAGE_CHILDREN)
         printed = Path(folder, "contact.dat").read_text(encoding="ascii")
-        found = sorted(
-            (places[node], values) for node, values in _contact(Path(folder, "contact.frd"))
-        )
+        # Opening, slips, pressure, shears.
+        results = last_results(Path(folder, "contact.frd"), "CONTACT")
+    found = sorted((places[node], values) for node, values in results.items())
     forces = [line.split() for line in printed.splitlines() if len(line.split()) == 3]
     along, _, down = (abs(float(number)) / size for number in forces[-1])
     kept = [(x, values) for x, values in found if not np.isnan(x)]

@@ -65,7 +65,8 @@ def stresses_at_edge(
         for count, step in zip(pressure.shape, spacing, strict=True)
     )
     row = 0.5 * (pressure[:, (y.size - 1) // 2] + pressure[:, y.size // 2])
-    outer = _outermost(row, _NOISE * float(pressure.max()))
+    noise = _NOISE * float(pressure.max())
+    outer = _outermost(row, noise)
     if outer is None or not 2 <= outer < x.size - _NEAR[0]:
         return None
     box = slice(max(outer - _NEAR[0], 0), outer + _NEAR[0] + 1), slice(None)
@@ -73,15 +74,13 @@ def stresses_at_edge(
         middle = y.size // 2
         box = box[0], slice(max(middle - _NEAR[1], 0), middle + _NEAR[1])
     near_x, near_y = x[box[0]], y[box[1]]
-    noise = _NOISE * float(pressure.max())
     at_plus = pressure - shears[0] / friction
     hats = pressure - (shears[0] - shears) / (2.0 * friction)
     fields = np.stack([pressure, at_plus, *hats[1:]])
-    squares = [_continued(field[box], noise)[0] for field in fields]
+    squares, are_roots = zip(*(_continued(field[box], noise) for field in fields), strict=True)
     across = np.ones((1, 1)) if plane_strain else _weights(np.zeros(1), near_y)
     on_plane = (squares[0] @ across.T)[:, 0]
-    is_root = _continued(pressure[box], noise)[1]
-    if not is_root[is_root.size // 2] or not on_plane[0] < 0.0 < on_plane.max():
+    if not are_roots[0][are_roots[0].size // 2] or not on_plane[0] < 0.0 < on_plane.max():
         return None
     inside = int(np.flatnonzero(on_plane > 0.0)[0])
     place = float(brentq(_interpolated, *near_x[inside - 1 : inside + 1], (on_plane, near_x)))

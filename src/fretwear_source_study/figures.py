@@ -150,12 +150,9 @@ def _top(profile: Profiles, friction: float = 1.0) -> float:
     return _ROOM_ABOVE * max(friction * PLASTIC_LIMIT, float(np.nanmax(profile.values[0])))
 
 
-def _draw_waves(
-    axes: Axes, profile: Profiles, colors: Mapping[int, str], wavelength: float
-) -> None:
-    """Draw two waves of a rough profile as they are."""
+def _draw_waves(axes: Axes, profile: Profiles, colors: Mapping[int, str], reach: float) -> None:
+    """Draw two waves of a rough profile as they are, one length `reach`, m, to either side."""
     find_middle, _ = _ZOOMS[profile.field.name]
-    reach = wavelength
     middle = min(max(find_middle(profile), reach), float(profile.x[-1]) - reach)
     distance = np.abs(profile.x - middle)
     highest = float(np.nanmax(profile.values[:, distance <= reach]))
