@@ -36,7 +36,7 @@ def test_intervals_end_where_chi_square_has_risen_by_their_quantile(titanium):
         for level, rise in ((0.68, 0.989), (0.95, 3.841)):
             for u in titanium.profiles[place].ends_at(level):
                 misfit = float(emulator.misfit(u))
-                assert misfit - titanium.misfit == pytest.approx(rise, rel=0.1, abs=0.0)
+                assert misfit - titanium.misfit == near(rise, rel=0.1)
         draws = titanium.unknowns[place].value(titanium.posterior.draws[..., place])
         ends = np.quantile(draws, (0.16, 0.84))
         low, high = titanium.interval(name, 0.68)
@@ -107,9 +107,9 @@ def test_tests_share_a_coefficient_and_have_their_own_friction(tmp_path):
     content = {"base": base, "vary": vary, "design": "zip", "fit": fitted}
     found = fit(write_study(tmp_path / "two.yaml", content))
     assert found.names == ["wear_coefficient", "friction[1]", "friction[2]"]
-    assert [*found.values.values()] == pytest.approx([2e-13, 0.6, 0.4], rel=2e-3, abs=0.0)
+    assert [*found.values.values()] == near([2e-13, 0.6, 0.4], rel=2e-3)
     low, high = found.interval("wear_coefficient", 0.68)
-    assert np.log(high / low) / 2 == pytest.approx(0.03 / np.sqrt(2), rel=0.1, abs=0.0)
+    assert np.log(high / low) / 2 == near(0.03 / np.sqrt(2), rel=0.1)
     assert found.runs <= 60
 
 

@@ -4,6 +4,8 @@ import pytest
 from fretwear_fit.estimate import root_of
 from fretwear_fit.noise import Noise, NoiseEvidence
 
+from ..studies import near
+
 X = np.sort(np.random.default_rng(3).uniform(0.0, 300e-6, 80))
 
 
@@ -28,8 +30,8 @@ def test_size_and_length_of_noise_are_recovered_beside_a_tilted_base_line():
     readings = noise.drawn(x, np.random.default_rng(5)) + 1e-7 + 3e-4 * x
     found = NoiseEvidence(x, readings, np.vander(x, 2)).best()
     # About 100 correlation lengths: sizes are known to 1/√100, lengths to twice that.
-    assert found.size == pytest.approx(noise.size, rel=0.2, abs=0.0)
-    assert found.length == pytest.approx(noise.length, rel=0.4, abs=0.0)
+    assert found.size == near(noise.size, rel=0.2)
+    assert found.length == near(noise.length, rel=0.4)
 
 
 def test_white_noise_on_correlated_noise_is_told_apart():
@@ -38,9 +40,9 @@ def test_white_noise_on_correlated_noise_is_told_apart():
     noise = Noise(30e-9, 10e-6, 0.5)
     found = NoiseEvidence(x, noise.drawn(x, np.random.default_rng(7)), ones).best()
     assert found.white == pytest.approx(0.5, abs=0.15)
-    assert found.length == pytest.approx(noise.length, rel=0.5, abs=0.0)
+    assert found.length == near(noise.length, rel=0.5)
     told, true = (each.whitened(x, ones) for each in (found, noise))
-    assert (told**2).sum() == pytest.approx((true**2).sum(), rel=0.5, abs=0.0)
+    assert (told**2).sum() == near((true**2).sum(), rel=0.5)
 
 
 def test_a_size_that_few_readings_tell_widens_intervals_as_student_derived():
@@ -59,6 +61,6 @@ def test_noise_is_correlated_over_no_more_than_0_3_of_its_readings():
     """A straight line about its mean, as alike over long distances as readings can be."""
     x = np.linspace(0.0, 1e-3, 50)
     evidence = NoiseEvidence(x, 1e-4 * x, np.ones((50, 1)))
-    assert evidence.best().length == pytest.approx(0.3e-3, rel=1e-3, abs=0.0)
+    assert evidence.best().length == near(0.3e-3, rel=1e-3)
     (longest,) = evidence.drawn(np.array([[1.0, 0.5]]))
-    assert longest.length == pytest.approx(0.3e-3, rel=1e-9, abs=0.0)
+    assert longest.length == near(0.3e-3, rel=1e-9)

@@ -161,11 +161,11 @@ def test_the_loop_of_the_simple_slip_model_is_that_of_the_unworn_contact(smooth)
     opening = 0.5 * case.coupling * (2.0 * middle - hertz.approach - ends)
     for loop in (found.loops.isel(cycle=each) for each in (0, -1)):
         energy = np.trapezoid(loop.force, loop.displacement)
-        assert energy == pytest.approx(slides.dissipated_energy, rel=1e-9, abs=0.0)
+        assert energy == near(slides.dissipated_energy, rel=1e-9)
         assert float(loop.force.max()) == near(case.tangential_load, rel=1e-12)
-        assert float(loop.displacement.max()) == pytest.approx(largest, rel=1e-9, abs=0.0)
+        assert float(loop.displacement.max()) == near(largest, rel=1e-9)
     moved = found.dataset.tangential_displacement.values
-    assert moved == pytest.approx(np.full(moved.shape, largest), rel=1e-9, abs=0.0)
+    assert moved == near(np.full(moved.shape, largest), rel=1e-9)
     criterion = slides.dissipated_energy / (4.0 * opening * case.tangential_load)
     assert criterion == pytest.approx(0.675, abs=0.003)
     worn = run(steel(**alike, slip_model="jaeger")).dataset

@@ -35,9 +35,9 @@ def test_text_with_units_and_si_numbers_make_the_same_case():
 def test_composite_moduli_and_hertz_values_of_one_material_and_of_two():
     reference = steel()
     assert reference.composite_modulus == near(208e9 / (2 * (1 - 0.09)))
-    assert reference.hertz_radius == pytest.approx(148.6e-6, rel=1e-4, abs=0)
-    assert reference.hertz_pressure == pytest.approx(1081e6, rel=1e-3, abs=0)
-    assert reference.hertz.approach == pytest.approx(2.208e-6, rel=1e-3, abs=0)
+    assert reference.hertz_radius == near(148.6e-6, rel=1e-4)
+    assert reference.hertz_pressure == near(1081e6, rel=1e-3)
+    assert reference.hertz.approach == near(2.208e-6, rel=1e-3)
     assert reference.coupling == near((2 - 0.3) / (2 * (1 - 0.3)))
     case = steel(youngs_modulus=["208 GPa", "70 GPa"], poisson_ratio=[0.3, 0.33])
     compliance = (1 - 0.3**2) / 208e9 + (1 - 0.33**2) / 70e9
@@ -57,7 +57,7 @@ def test_tangential_load_and_ratio_are_two_names_for_one_thing():
 def test_waves_have_the_lengths_of_the_study_and_without_amplitude_are_none():
     rough = WavyRoughness(**WAVY)
     assert rough.finest[0] == near(4 * 0.2e-6 / math.tan(math.radians(5.7)))
-    assert rough.finest[1] == pytest.approx(45.8e-6, rel=0.01, abs=0)
+    assert rough.finest[1] == near(45.8e-6, rel=0.01)
     assert rough.wavenumbers[0] * rough.finest[0] == near(2 * math.pi)
     ridges = WavyRoughness(**{**WAVY, "slope_y": 0.0})
     assert (ridges.wavenumbers[1], ridges.finest[1]) == (0.0, math.inf)

@@ -90,10 +90,14 @@ def test_what_a_coating_excludes_is_refused(coating, given, key, rule):
         steel(coating=HARD, **given)
 
 
+def coated_study(tmp_path, varied):
+    """A study of the steel sphere on a hard coating."""
+    content = two_loads(base=base(coating=HARD), vary=varied)
+    return load_study(write_study(tmp_path / "study.yaml", content))
+
+
 def test_a_plan_shows_how_thick_and_how_stiff_a_coating_is(tmp_path):
-    varied = {"coating.thickness": ["15 um", "30 um"]}
-    file = write_study(tmp_path / "study.yaml", two_loads(base=base(coating=HARD), vary=varied))
-    plan = Plan(load_study(file))
+    plan = Plan(coated_study(tmp_path, {"coating.thickness": ["15 um", "30 um"]}))
     header, (thin, thick) = plan.header(), plan.rows()
     ratio, pressure = header.index("h/a0"), header.index("p_max/p0")
     assert float(thick[ratio]) == near(2.0 * float(thin[ratio]), rel=0.01)
@@ -107,8 +111,7 @@ def test_what_varies_of_a_coating_is_not_taken_for_the_substrate(tmp_path):
         "coating.wear_coefficient": ["1e-15 / Pa", "2e-15 / Pa"],
         "coating.plastic_limit": ["10 GPa", "12 GPa"],
     }
-    file = write_study(tmp_path / "study.yaml", two_loads(base=base(coating=HARD), vary=varied))
-    study = load_study(file)
+    study = coated_study(tmp_path, varied)
     assert [*study.sizes] == [name.replace(".", "_") for name in varied]
     coordinates = next(iter(study.points())).scalar_coordinates()
     assert coordinates["youngs_modulus"][0] == near(208e9)
@@ -198,21 +201,17 @@ def test_a_stroke_wears_both_materials_by_its_path(above, below):
 
 @pytest.mark.slow
 def test_a_fit_finds_the_thickness_of_a_coating_from_a_scar_that_went_through(tmp_path):
-    base = {
-        "indenter": {"kind": "cylinder", "radius": "10 mm"},
-        "youngs_modulus": "208 GPa",
-        "poisson_ratio": 0.3,
-        "load": "100 N/mm",
-        "tangential_load": "50 N/mm",
-        "friction": 0.6,
-        "wear_coefficient": "4e-13 / Pa",
-        "plastic_limit": "none",
-        "roughness": "none",
-        "cycles": 8000,
-    }
+    keys = base(
+        **line_contact("10 mm", "100 N/mm"),
+        tangential_ratio=None,
+        tangential_load="50 N/mm",
+        friction=0.6,
+        wear_coefficient="4e-13 / Pa",
+        cycles=8000,
+    )
     layer = {"youngs_modulus": "400 GPa", "poisson_ratio": 0.2, "wear_coefficient": "1e-13 / Pa"}
     thickness = 6.65e-8
-    case = Case(**base, coating={**layer, "thickness": thickness}, error_estimate=False)
+    case = Case(**keys, coating={**layer, "thickness": thickness}, error_estimate=False)
     finer = case.replace(cell=case.grid_spacing[0] / 2.0, tolerance=case.tolerance / 10.0)
     worn = fretwear.simulate(finer, quarter=True).isel(cycle=-1)
     assert worn.worn_through_cycle < case.cycles
@@ -223,7 +222,7 @@ def test_a_fit_finds_the_thickness_of_a_coating_from_a_scar_that_went_through(tm
     (tmp_path / "scar.csv").write_text("\n".join(["x (um),depth (um)", *rows]))
     study = {
         "title": "A coated scar",
-        "base": {**base, "coating": {**layer, "thickness": "0.12 um"}},
+        "base": {**keys, "coating": {**layer, "thickness": "0.12 um"}},
         "fit": {
             "free": {"coating.thickness": ["0.02 um", "0.3 um"]},
             "data": [{"file": "scar.csv", "quantity": "wear_depth"}],
