@@ -64,6 +64,12 @@ def loads(tmp_path_factory):
 
 
 @pytest.fixture
+def copied(loads, make_study, tmp_path):
+    """The study of six cases, and a copy of their files to change."""
+    return make_study(LOADS), Path(shutil.copytree(loads / "cases", tmp_path / "cases"))
+
+
+@pytest.fixture
 def stack(loads):
     with open_study(loads) as opened:
         yield opened
@@ -371,11 +377,8 @@ def test_snapshots_that_a_case_does_not_have_are_nan(make_study, summary_of):
     assert summary.pressure_profile[0, 3].isnull().all()
 
 
-def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
-    make_study, loads, tmp_path
-):
-    study, cases = make_study(LOADS), tmp_path / "cases"
-    shutil.copytree(loads / "cases", cases)
+def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(copied, tmp_path):
+    study, cases = copied
     short, another, source, fewer, older, odd = (cases / f"{name}.nc" for name in study.cases())
     short.write_bytes(short.read_bytes()[:-1000])
     another.write_bytes(source.read_bytes())
@@ -402,10 +405,9 @@ def test_every_file_that_cannot_be_used_is_named_and_nothing_is_written(
 
 
 def test_cases_of_one_code_share_the_headers_of_one_and_their_units_are_those_of_the_format(
-    make_study, loads, monkeypatch, tmp_path
+    copied, monkeypatch, tmp_path
 ):
-    study, cases, opened = make_study(LOADS), tmp_path / "cases", []
-    shutil.copytree(loads / "cases", cases)
+    (study, cases), opened = copied, []
 
     def read_by_the_library(path):
         opened.append(path)
@@ -508,12 +510,9 @@ def test_what_is_less_accurate_than_asked_for_is_told_with_its_case_in_summary_a
             assert rows.iloc[1] == ""
 
 
-def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(
-    make_study, loads, tmp_path
-):
+def test_a_scalar_that_some_cases_lack_is_nan_there_and_one_more_is_merged(copied, tmp_path):
     """Cases of an older version and of a newer one merge into one study."""
-    study, cases = make_study(LOADS), tmp_path / "cases"
-    shutil.copytree(loads / "cases", cases)
+    study, cases = copied
     older, newer, *_ = (cases / f"{name}.nc" for name in study.cases())
     for path, change in (
         (older, lambda case: case.drop_vars("sliding_criterion")),

@@ -113,7 +113,8 @@ def test_what_is_wrong_is_refused_by_name_and_rule_all_at_once(changes, parts):
     assert all(part in message for part in parts)
 
 
-LINE = line_contact("10 mm")
+LINE, LINE_LOAD = line_contact("10 mm"), line_contact("10 mm", "135 N/mm")
+ELLIPSE = {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "40 mm"}
 FORCES = {"load": "135 N", "tangential_ratio": None, "tangential_load": "138 N"}
 
 
@@ -197,9 +198,7 @@ def test_unusual_pressures_widths_and_friction_are_told_once(changes, words):
 
 @pytest.mark.parametrize("model", ["jaeger", "cerruti", "coupled"])
 def test_one_coupling_in_all_directions_is_told_of_the_model_that_has_it(model):
-    ellipse = {"radius": None, "indenter": {"kind": "ellipsoid", "radius_x": "10 mm"}}
-    ellipse["indenter"]["radius_y"] = "20 mm"
-    told = case_warnings(steel(**ellipse, slip_model=model))
+    told = case_warnings(steel(radius=None, indenter=ELLIPSE, slip_model=model))
     assert any("elongated" in str(each) for each in told) == (model == "jaeger")
 
 
@@ -210,10 +209,6 @@ def test_a_case_is_shown_as_lines():
     assert [*map(str.strip, lines)][:2] == ["sphere radius              10 mm", lines[1].strip()]
     assert "normal load                50 N" in repr(case)
     assert len(lines) == len(case.scalar_coordinates())
-
-
-LINE_LOAD = line_contact("10 mm", "135 N/mm")
-ELLIPSE = {"kind": "ellipsoid", "radius_x": "10 mm", "radius_y": "40 mm"}
 
 
 @pytest.mark.parametrize("shape", [{}, {"radius": None, "indenter": ELLIPSE}, LINE_LOAD])

@@ -65,10 +65,9 @@ class Profiles:
     @property
     def from_middle(self) -> tuple[Array, Array]:
         """Cell centres and values, with the cell beyond x = 0 of an even profile, (m,), (k, m)."""
-        first_cell = self.x[:1], self.values[:, :1]
         if not self.is_even:
             return self.x, self.values
-        return np.append(-first_cell[0], self.x), np.hstack([first_cell[1], self.values])
+        return np.append(-self.x[0], self.x), np.hstack([self.values[:, :1], self.values])
 
 
 def profiles_of(dataset: xr.Dataset, field: Variable | str, cycles: Cycles = None) -> Profiles:
