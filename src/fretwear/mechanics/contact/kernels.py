@@ -24,7 +24,7 @@ _COLUMNS = 64
 
 def inner(one: Real, second: Real) -> float:
     """Inner product of two fields of one precision."""
-    return float(np.dot(one.ravel(), second.ravel()))
+    return float(np.vdot(one, second))
 
 
 def scaled(field: Array) -> tuple[Single, float]:

@@ -145,6 +145,11 @@ class ContactProblem:
         """Weighted sum of the pressure over the cells that carries the load, Pa."""
         return (self.load or 0.0) / self.half_space.geometry.unit_area
 
+    @property
+    def is_elastic(self) -> bool:
+        """Whether no cell has a limit."""
+        return not isinstance(self.limit, np.ndarray) and self.limit == np.inf
+
     def separation(self, pressure: Array, displacement: Array) -> Array:
         """K p + W(p) + h, m: the gap plus the approach."""
         result = displacement + self.shape
@@ -181,8 +186,11 @@ class ContactProblem:
         pass saturates one more cell or is the last, so the loop ends.
         """
         limit, result = self.limit, np.clip(pressure, 0.0, self.limit)
+        if self.is_elastic and self.load is not None:
+            if (carried := float(self.weighted(result).sum())) > 0.0:
+                return np.asarray(result * (self.total / carried))
         while self.load is not None:
-            full: Mask = result >= limit
+            full = result >= limit
             weighted = self.weighted(result)
             held, movable = (inner(weighted, part.astype(np.float64)) for part in (full, ~full))
             if self.total <= held:

@@ -242,7 +242,8 @@ class ActiveSet:
     def _evaluate(self, tolerance: float) -> None:
         """Approach, gap, the largest violation of the conditions on it, and the free cells."""
         pressure, limit, approach = self.pressure, self.problem.limit, self.problem.approach
-        loaded, full = pressure > 0, pressure >= limit
+        loaded = pressure > 0
+        full: Mask | np.bool_ = np.False_ if self.problem.is_elastic else pressure >= limit
         partly = loaded & ~full
         count = int(np.count_nonzero(partly))
         self.scale = float(self.displacement.max())

@@ -52,7 +52,7 @@ from fretwear.theory import LineContact
 
 # Largest tolerance of a stick zone that vanishes.
 _COARSE = 1e-2
-# At tolerances of this or more, displacements in single precision suffice outside the stick zone.
+# At tolerances of this or more, displacements in single precision suffice.
 _SINGLE_IS_ENOUGH = 1e-6
 # Residual of shear tractions over the tolerance of a normal contact, and least unused friction in
 # the stick zone over the largest.
@@ -125,8 +125,8 @@ class SlipModel(Part):
         half_space, shape, law = pressed.half_space, pressed.shape, setup.friction_law
         bodies = self.sheared_bodies(setup, half_space)
         if bodies is not half_space or law.follows_slip:
-            shape = pressed.gap + pressed.approach
-            shape -= bodies.displacement(law.ratio * pressed.pressure)
+            traction = law.ratio * pressed.pressure
+            shape = pressed.gap + pressed.approach - _moved(bodies, traction, pressed.tolerance)
         if setup.tilt:
             shape = shape + setup.tilt * half_space.geometry.x[:, None]
         return bodies, shape
@@ -441,15 +441,9 @@ def contact_under(
             verified=False,
         )
         pressure = part.resized(solution.pressure, geometry)
-        # The gap on all cells comes from a convolution of its own. Unless the contact must be
-        # accurate, single precision suffices outside the solved part.
+        # The gap on all cells comes from a convolution of its own.
         part_cells = geometry.where(part)
-        moved: Array | Single
-        if tolerance >= _SINGLE_IS_ENOUGH:
-            moved, unit = half_space.relative_displacement(pressure)
-        else:
-            moved, unit = half_space.displacement(pressure), 1.0
-        gap = np.multiply(moved, unit, dtype=np.float64) + shape - solution.approach
+        gap = _moved(half_space, pressure, tolerance) + shape - solution.approach
         if tolerance >= _SINGLE_IS_ENOUGH:
             gap[part_cells] = solution.gap
         convolutions += solution.convolutions + 1
@@ -466,6 +460,14 @@ def contact_under(
         response[pressure > 0] = 0.0
         response /= 1.0 + flexibility * geometry.integral(solution.stiffness)
     return ReducedContact(pressure, gap, solution.approach, carried, convolutions, response)
+
+
+def _moved(half_space: HalfSpace, pressure: Array, tolerance: float) -> Array:
+    """The displacement, m, under a pressure; in single precision if a tolerance allows."""
+    if tolerance < _SINGLE_IS_ENOUGH:
+        return half_space.displacement(pressure)
+    moved, unit = half_space.relative_displacement(pressure)
+    return np.multiply(moved, unit, dtype=np.float64)
 
 
 @dataclass(frozen=True)

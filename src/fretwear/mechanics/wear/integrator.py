@@ -68,6 +68,8 @@ _SHORT = 0.5
 # Largest number of contacts of a loading, and of repeated loadings on cells that suit the loaded
 # bodies better.
 _LARGEST_SWEEPS, _RELOADED = 60, 6
+# Residual of a contact that shows which tips touch.
+_TO_FIND_TIPS = 0.03
 # Fraction of the tolerance for gross sliding, where the pressure has twenty times the error of the
 # wear.
 GLIDING = 0.25
@@ -281,16 +283,19 @@ def first_loading(
     geometry = cells or (first_cells(problem) if previous is None else previous.geometry)
     cycle, step, spent = (getattr(previous, name, 0) for name in ("cycle", "step", "convolutions"))
     now = problem.at(cycle)
-    limit = None
+    start = None if previous is None else previous.geometry.resized(previous.pressure, geometry)
+    limit = reduced = None
+    # Tips beyond the window of a rough contact are found before it is solved accurately.
+    tolerance = accuracy.contact if problem.wavelengths is None else _TO_FIND_TIPS
     for _ in range(_LARGEST_SWEEPS):
         bodies, zeros = workspace.on(geometry), np.zeros(geometry.shape)
         energy = zeros if now.friction_law.follows_slip else None
         if previous is not None and previous.friction_energy is not None:
             energy = previous.geometry.resized(previous.friction_energy, geometry)
         now = now.slipped(energy)
-        start, wear, opening, plastic = (
+        wear, opening, plastic = (
             zeros if not previous else previous.geometry.resized(getattr(previous, name), geometry)
-            for name in ("pressure", "wear", "opening", "plastic")
+            for name in ("wear", "opening", "plastic")
         )
         if limit is None:
             limit = YieldLimit(now, geometry, wear, now.limit_without_shear(wear))
@@ -298,12 +303,16 @@ def first_loading(
         contact = solve_contact(
             problem.contact(bodies.half_space, shape, limit=limit.value),
             start,
-            tolerance=accuracy.contact,
+            tolerance,
         )
         spent += contact.convolutions
         larger = holding_cells(geometry, workspace, contact.pressure, contact.approach)
         if larger.shape != geometry.shape:
-            geometry, limit = larger, None
+            start = geometry.resized(contact.pressure, larger)
+            geometry, limit, reduced = larger, None, None
+            continue
+        start, last, tolerance = contact.pressure, tolerance, accuracy.contact
+        if last > tolerance and contact.residual > tolerance:
             continue
         plastic = plastic + contact.penetration
         load = now.load_of(geometry, contact)
@@ -316,7 +325,7 @@ def first_loading(
             now.reduced_condition(load, contact.approach),
             accuracy.first_reduced,
         )
-        reduced = now.slip_model.reduced(now, pressed)
+        reduced = now.slip_model.reduced(now, pressed, reduced)
         spent += reduced.convolutions
         if limit.suits(contact, reduced, wear, accuracy.contact * load):
             break

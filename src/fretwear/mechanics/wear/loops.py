@@ -119,7 +119,8 @@ def _curve(workspace: Workspace, problem: WearProblem, state: State) -> tuple[Ar
     bodies = workspace.on(geometry)
     shape = bodies.unworn + state.opening + state.plastic
     sliding = problem.reduced_condition(state.load, state.approach)
-    pressed = Pressed(bodies.half_space, shape, state.pressure, state.gap, state.approach, sliding)
+    whole_contact = state.pressure, state.gap, state.approach
+    pressed = Pressed(bodies.half_space, shape, *whole_contact, sliding, _TOLERANCE)
     half_space, shape = problem.slip_model.family(problem, pressed)
     if not low.load > 0.0:
         lowest = float(shape.min())

@@ -703,16 +703,15 @@ def _moving_spots(geometry: Geometry, others: Mask, cells: Mask) -> int:
 
 def _highest_chords(x: Array, heights: Array) -> Array:
     """The corners of the upper convex hull of points in ascending x, shape (2, corners)."""
-    corners: list[tuple[float, float]] = []
-    for point in zip(x.tolist(), heights.tolist(), strict=True):
-        # A corner that is not above the chord of its neighbours is none.
-        while len(corners) > 1:
-            (x0, y0), (x1, y1) = corners[-2:]
-            if (y1 - y0) * (point[0] - x1) > (point[1] - y1) * (x1 - x0):
-                break
-            corners.pop()
-        corners.append(point)
-    return np.array(corners).T
+    points = np.array([x, heights])
+    while points.shape[1] > 2:
+        run, rise = np.diff(points)
+        # A point that is not above the chord of its neighbours is no corner.
+        above = rise[:-1] * run[1:] > rise[1:] * run[:-1]
+        if above.all():
+            break
+        points = points[:, np.concatenate([[True], above, [True]])]
+    return points
 
 
 def half_extent(x: Array, depth: Array, *, is_even: bool) -> float:
