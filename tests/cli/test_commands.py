@@ -54,7 +54,7 @@ def test_the_program_writes_its_file_after_xarray_was_imported_and_leaves_dask_a
 
 @pytest.mark.slow
 @pytest.mark.parametrize("load", ["50 N", "0.05 kilonewton"])
-def test_a_command_imports_no_dask_and_pint_only_for_rare_units(desk, load):
+def test_a_command_imports_neither_dask_nor_h5py_and_pint_only_for_rare_units(desk, load):
     program = [sys.executable, "-X", "importtime", "-m", "fretwear"]
     run = [*program, "run", "tiny.yaml", "--set", f"load={load}", "-o", "one.nc"]
     imported = set[str]()
@@ -62,7 +62,7 @@ def test_a_command_imports_no_dask_and_pint_only_for_rare_units(desk, load):
         ended = subprocess.run(command, capture_output=True, text=True, check=True)
         imported |= {*ended.stderr.split()}
     assert "xarray" in imported
-    assert {"dask", "pint"} & imported == ({"pint"} if "kilo" in load else set())
+    assert {"dask", "h5py", "pint"} & imported == ({"pint"} if "kilo" in load else set())
 
 
 def test_a_plan_lists_every_point_the_total_and_what_will_go_wrong(desk, content):

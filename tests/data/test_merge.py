@@ -17,18 +17,16 @@ import pytest
 import xarray as xr
 
 import fretwear
+from fretwear.data.arrays import Headers, read_case, survey
 from fretwear.data.atomic import DataFileError
 from fretwear.data.effects import results_table
 from fretwear.data.files import (
     MERGED_HISTORIES,
     MERGED_PROFILES,
-    Headers,
     open_case,
     open_history,
     open_summary,
-    read_case,
     reading,
-    survey,
     write_case,
 )
 from fretwear.data.merge import check_belongs, merge_study

@@ -8,17 +8,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from contextlib import closing, contextmanager, suppress
-from functools import cache
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import EllipsisType
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import netCDF4
 import numpy as np
 import xarray as xr
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from xarray.backends import NetCDF4DataStore
 
 import fretwear.data.dataset  # noqa: F401 - registers the accessor of datasets
@@ -37,7 +35,6 @@ from fretwear.results import (
     STEP,
     STICK_SPOTS,
     SYMMETRIES,
-    WARNINGS,
     X,
     Y,
 )
@@ -47,7 +44,6 @@ if TYPE_CHECKING:
     from fretwear.study.case import Case
 
 HISTORY_GROUP, LOOP_GROUP = "history", "loop"
-_GROUPS = {HISTORY_GROUP, LOOP_GROUP}
 
 _FIELDS = {field.name: field for field in FIELDS}
 MERGED_PROFILES: Mapping[str, Variable] = {
@@ -65,15 +61,8 @@ MERGED_HISTORIES = (
     *(CONTACT_SPOTS.name, STICK_SPOTS.name, "exposed_area", "coating_left"),
 )
 
-# Parts of a case in a merged study: arrays by their names in its file, and attributes.
-_PROFILES = {field.name for field in MERGED_PROFILES.values()}
-_HISTORIES = {f"{HISTORY_GROUP}/{name}" for name in MERGED_HISTORIES}
-_MERGED = {CASE_ID.name, CODE_DIGEST.name, WARNINGS.name, "source", "symmetry"}
-_MERGED |= {"complete", "format_version"}
-
 _FILTERS: Mapping[str, object] = {"zlib": True, "complevel": 1, "shuffle": True}
 _FIRST_CHUNKED = 256
-_OF_ENCODING = {"coordinates", "_FillValue"}  # attributes that xarray writes
 RUN_AGAIN = "Remove the file and run the case again"
 _CHECK_FOLDER = "Check the name: case files lie in the folder cases/ of a study's results"
 
@@ -187,7 +176,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     """
     dataset = open_group(path)
     try:
-        _check_case(Path(path), dataset.attrs, dataset.variables)
+        check_case(Path(path), dataset.attrs, dataset.variables)
         _check(Path(path), dataset)
     except DataFileError:
         dataset.close()
@@ -197,7 +186,7 @@ def open_case(path: str | os.PathLike[str], full: bool = False) -> xr.Dataset:
     return dataset.fretwear.full() if full else dataset
 
 
-def _check_case(path: Path, attributes: Mapping[str, object], names: Collection[object]) -> None:
+def check_case(path: Path, attributes: Mapping[str, object], names: Collection[object]) -> None:
     """Raise a `DataFileError` unless a file has the attributes and variables of one case."""
     if CASE_ID.name not in attributes or STATUS.name in names:
         raise DataFileError(path, "it is not the file of one case", _CHECK_FOLDER)
@@ -210,14 +199,16 @@ def _check_case(path: Path, attributes: Mapping[str, object], names: Collection[
         raise DataFileError(path, f"its symmetry is none of {', '.join(SYMMETRIES)}", RUN_AGAIN)
 
 
-def _check_axes(path: Path, arrays: Mapping[Any, ArrayLike]) -> None:
+def check_axes(path: Path, arrays: Mapping[Any, ArrayLike]) -> None:
+    """Raise a `DataFileError` unless all axes increase."""
     for axis in {CYCLE.name, X.name, Y.name} & arrays.keys():
         values = np.asarray(arrays[axis])
         if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
             raise DataFileError(path, f"{axis} does not increase from value to value", RUN_AGAIN)
 
 
-def _check_units(path: Path, attributes: Mapping[str, Mapping[str, Any]]) -> None:
+def check_units(path: Path, attributes: Mapping[str, Mapping[str, Any]]) -> None:
+    """Raise a `DataFileError` unless results are in the units of `fretwear.results`."""
     for name in RESULTS.keys() & attributes.keys():
         units = attributes[name].get("units", "")
         if units != (expected := RESULTS[name].in_units(units).si_unit):
@@ -227,138 +218,8 @@ def _check_units(path: Path, attributes: Mapping[str, Mapping[str, Any]]) -> Non
 
 def _check(path: Path, dataset: xr.Dataset) -> None:
     """Raise a `DataFileError` unless axes and units of a dataset that was opened are sound."""
-    _check_axes(path, dataset.variables)
-    _check_units(path, {str(name): each.attrs for name, each in dataset.variables.items()})
-
-
-class Header(NamedTuple):
-    """Dimensions, type and attributes of a variable of a file."""
-
-    dims: tuple[str, ...]
-    dtype: np.dtype[np.generic]
-    attributes: Mapping[str, object]
-
-
-Headers: TypeAlias = dict[str, dict[str, Header]]
-"""Headers by the digest of the code that wrote the file, or its path, and by name."""
-
-
-def survey(
-    path: str | os.PathLike[str], headers: Headers
-) -> tuple[dict[str, Any], dict[str, NDArray[Any]], int]:
-    """Check a case file; return its attributes, its axes and the number of accepted steps.
-
-    Files of the same code share `headers`, which this function completes: reading them takes ten
-    times as long as the arrays. Raises the errors of `open_case`.
-    """
-    with _hdf5(path) as file:
-        found = (name for name in _MERGED if h5py.h5a.exists(file, name.encode()))
-        attributes = {name: _attribute(file, name) for name in found}
-        names = [name for name in _names(file) if name not in _GROUPS]
-        steps = 0
-        if HISTORY_GROUP.encode() in file:
-            inner = _names(h5py.h5g.open(file, HISTORY_GROUP.encode()))
-            names += _HISTORIES & {f"{HISTORY_GROUP}/{name}" for name in inner}
-            (steps,) = h5py.h5d.open(file, f"{HISTORY_GROUP}/{CYCLE.name}".encode()).shape
-        _check_case(Path(path), attributes, names)
-        known = headers.setdefault(attributes.setdefault(CODE_DIGEST.name, "") or str(path), {})
-        if not known.keys() >= {*names}:
-            known.update(_read_headers(path))
-        axes = {CYCLE.name, X.name, Y.name} & {*names}
-        arrays = {name: _array(file, name, known[name], {}) for name in axes}
-    _check_axes(Path(path), arrays)
-    return attributes, arrays, steps
-
-
-def read_case(path: str | os.PathLike[str], code: str, headers: Headers) -> dict[str, NDArray[Any]]:
-    """Read the arrays of a case in a merged study, by name; `headers` are those of its `survey`.
-
-    These are the axes, scalars, the fields of `MERGED_PROFILES` on the line of cells nearest y = 0,
-    and the `MERGED_HISTORIES`, named ``history/cycle``. `DataFileError` if the file is damaged.
-    """
-    kept, of_axes = _HISTORIES | _PROFILES, {(CYCLE.name,), (X.name,), (Y.name,)}
-    arrays, spaces = dict[str, NDArray[Any]](), dict[tuple[str, ...], h5py.h5s.SpaceID]()
-    with _hdf5(path) as file:
-        for name, header in headers[code or str(path)].items():
-            if name in kept or header.dims in of_axes:
-                with suppress(KeyError):  # another file of the same code has it
-                    arrays[name] = _array(file, name, header, spaces)
-    if Y.name in arrays:
-        middle = int(np.abs(arrays[Y.name]).argmin())
-        for name in _PROFILES & arrays.keys():
-            arrays[name] = arrays[name][..., middle].copy()
-    return arrays
-
-
-# Below, calls of HDF5 replace ``file[name][()]``, ``file.attrs[name]`` and ``[*file]``, which take
-# three times as long.
-def _array(
-    file: h5py.h5f.FileID, name: str, header: Header, spaces: dict[tuple[str, ...], Any]
-) -> NDArray[np.generic]:
-    """Read an array; one of another size than the first with its dimensions raises OSError."""
-    stored = h5py.h5d.open(file, name.encode())
-    if header.dims not in spaces:
-        spaces[header.dims] = h5py.h5s.create_simple(stored.shape)
-    space = spaces[header.dims]
-    values = np.empty(space.shape, header.dtype)
-    stored.read(space, h5py.h5s.ALL, values, _memory_type(header.dtype))
-    return values
-
-
-_memory_type = cache(h5py.h5t.py_create)
-
-
-@cache
-def _access() -> h5py.h5p.PropFAID:
-    access = h5py.h5p.create(h5py.h5p.FILE_ACCESS)
-    access.set_fclose_degree(h5py.h5f.CLOSE_STRONG)  # also after an error
-    return access
-
-
-def _attribute(file: h5py.h5f.FileID, name: str) -> Any:
-    stored = h5py.h5a.open(file, name.encode())
-    values = np.zeros(stored.shape or (), stored.dtype)  # an empty text has no shape
-    stored.read(values)
-    value = values.ravel()[0]
-    return value.decode() if isinstance(value, bytes) else value
-
-
-def _names(group: h5py.h5g.GroupID) -> list[str]:
-    names: list[bytes] = []
-    group.links.iterate(names.append)
-    return [name.decode() for name in names]
-
-
-def _read_headers(path: str | os.PathLike[str]) -> Iterator[tuple[str, Header]]:
-    with reading(path), netCDF4.Dataset(path) as file:
-        _check_units(Path(path), {name: vars(v) for name, v in file.variables.items()})
-        groups = {name: file[name] for name in {HISTORY_GROUP} & file.groups.keys()}
-        for group, place in ((file, ""), *((group, f"{name}/") for name, group in groups.items())):
-            for name, stored in group.variables.items():
-                attributes = {n: v for n, v in vars(stored).items() if n not in _OF_ENCODING}
-                yield f"{place}{name}", Header(stored.dimensions, stored.dtype, attributes)
-
-
-@contextmanager
-def _hdf5(path: str | os.PathLike[str]) -> Iterator[h5py.h5f.FileID]:
-    """Open a file by HDF5, in a hundredth of the time that the netCDF library takes."""
-    try:
-        with closing(h5py.h5f.open(os.fsencode(path), h5py.h5f.ACC_RDONLY, _access())) as file:
-            yield file
-    except (OSError, RuntimeError) as cause:
-        raise read_error(Path(path), cause, RUN_AGAIN) from cause
-
-
-def read_arrays(
-    path: str | os.PathLike[str], names: Iterable[str], rows: slice = slice(None)
-) -> dict[str, NDArray[np.generic]]:
-    """Read some rows of arrays of a case file; missing arrays are left out.
-
-    `DataFileError` if the file is missing or damaged.
-    """
-    with _hdf5(path) as opened:
-        file = h5py.File(opened)
-        return {name: file[name][rows] for name in names if name in file}
+    check_axes(path, dataset.variables)
+    check_units(path, {str(name): each.attrs for name, each in dataset.variables.items()})
 
 
 def finished_by(path: str | os.PathLike[str], case: Case) -> str | None:
@@ -381,7 +242,7 @@ def open_history(path: str | os.PathLike[str]) -> xr.Dataset:
         if STATUS.name in whole:
             history = open_group(path, HISTORY_GROUP).set_coords(CYCLE.name)
             return history.assign_coords(whole.drop_vars([CYCLE.name, X.name]).coords)
-        _check_case(Path(path), whole.attrs, whole.variables)
+        check_case(Path(path), whole.attrs, whole.variables)
         _check(Path(path), whole)
         with suppress(DataFileError):
             return open_group(path, HISTORY_GROUP)

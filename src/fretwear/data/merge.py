@@ -17,16 +17,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array
+from fretwear.data.arrays import Header, Headers, read_case, survey
 from fretwear.data.atomic import DataFileError
 from fretwear.data.files import (
     HISTORY_GROUP,
     MERGED_HISTORIES,
     MERGED_PROFILES,
     RUN_AGAIN,
-    Header,
-    Headers,
-    read_case,
-    survey,
     write_groups,
 )
 from fretwear.data.labels import FORMAT, history_line, study_attributes

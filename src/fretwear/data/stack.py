@@ -15,8 +15,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fretwear.arrays import Array, Element
+from fretwear.data.arrays import read_arrays
 from fretwear.data.atomic import DataFileError
-from fretwear.data.files import open_summary, read_arrays
+from fretwear.data.files import open_summary
 from fretwear.results import CASE_ID, FIELDS, STATUS, SYMMETRIES, PointStatus, Y, contact_frame
 from fretwear.variable import Variable
 

@@ -186,9 +186,8 @@ class ContactProblem:
         pass saturates one more cell or is the last, so the loop ends.
         """
         limit, result = self.limit, np.clip(pressure, 0.0, self.limit)
-        if self.is_elastic and self.load is not None:
-            if (carried := float(self.weighted(result).sum())) > 0.0:
-                return np.asarray(result * (self.total / carried))
+        if self.load is not None and self.is_elastic and result.any():
+            return np.asarray(result * (self.total / float(self.weighted(result).sum())))
         while self.load is not None:
             full = result >= limit
             weighted = self.weighted(result)
