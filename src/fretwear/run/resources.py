@@ -72,20 +72,19 @@ def grouped(plan: Plan) -> list[Job]:
     longest = min(max(total / _JOBS, _SHORTEST_JOB), _LONGEST_JOB)
     # This makes the last job as long as the others.
     longest = total / max(1, math.ceil(total / longest))
-    groups, most = list[list[str]](), plan.study.batch
-    for case_id in alone:
-        last = groups[-1] if groups else []
-        is_full = math.fsum(alone[n] for n in last) + 0.5 * alone[case_id] > longest
-        if not last or (is_full if most is None else len(last) == most):
-            groups.append([])
-        groups[-1].append(case_id)
+    groups, spent = dict[int, list[str]](), 0.0
+    for number, (case_id, seconds) in enumerate(alone.items()):
+        halfway = (spent + 0.5 * seconds) / longest
+        job = int(halfway) if plan.study.batch is None else number // plan.study.batch
+        groups.setdefault(job, []).append(case_id)
+        spent += seconds
     return [
         Job(
             tuple(group),
             SECONDS_TO_START + math.fsum(alone[n] for n in group),
             max(plan.estimates[n].memory_bytes for n in group),
         )
-        for group in groups
+        for group in groups.values()
     ]
 
 

@@ -209,17 +209,18 @@ def _run_on_cells(
     Errors are estimated from the last run of the record, whose cells are wider, or from a twin.
     """
     case, coarseness = asked.on_cells(width), width * asked.coarseness
+    # Equal cells need a run on default cells anyway, whose twin is this run.
+    for_errors = width > 1.0 and asked.has_equal_cells
     times, twin = asked.times_coarser, None
     if record.rounds:
         times = record.rounds[-1].width / width
-    # Equal cells need a run on default cells anyway, whose twin is this run.
-    elif case.error_estimate and not (width > 1.0 and asked.has_equal_cells):
+    elif case.error_estimate and not for_errors:
         twin = Twin(asked.on_cells(times * width), times * coarseness)
     problem = wear_problem(case, None, coarseness)
     workspace, snapshots = Workspace(problem), record.snapshots
     # Without errors, wider cells are only the twin of default ones.
     keep_scalars = width <= 1.0 or bool(twin or record.rounds)
-    for state in states(case, problem, record.last):
+    for state in states(case, problem, record.last, for_errors=for_errors):
         step = Step(state, Measures(problem.of(state), state), case.cycles)
         record.add(step, state.cycle in case.output_cycles, keep_scalars)
         for observer in observers:

@@ -46,8 +46,13 @@ def wear_problem(
     )
 
 
-def states(case: Case, problem: WearProblem, start: State | None = None) -> Iterator[State]:
-    """Yield each accepted state of a case: cycle 0 and all others, or those after ``start``."""
+def states(
+    case: Case, problem: WearProblem, start: State | None = None, *, for_errors: bool = False
+) -> Iterator[State]:
+    """Yield each accepted state of a case: cycle 0 and all others, or those after ``start``.
+
+    Looser contacts suffice for a run that only tells the errors of another one.
+    """
     stops = [*map(float, case.output_cycles)]
     if problem.loading.stroke:
         assert start is None or isinstance(start, StrokeState)
@@ -57,4 +62,6 @@ def states(case: Case, problem: WearProblem, start: State | None = None) -> Iter
     accuracy = Accuracy()
     if problem.geometry is Grid and math.isfinite(case.accuracy):
         accuracy = accuracy.loosened(case.accuracy)
+    if for_errors:
+        accuracy = accuracy.for_errors
     return evolve(problem, stops, case.tolerance, start, accuracy)

@@ -34,6 +34,6 @@ class Twin:
 def _snapshots(case: Case, coarseness: float) -> Iterator[dict[str, float]]:
     problem = wear_problem(case, None, coarseness)
     workspace = Workspace(problem)
-    for state in states(case, problem):
+    for state in states(case, problem, for_errors=True):
         if state.cycle in case.output_cycles:
             yield Measures(problem.of(state), state, workspace).scalars({})

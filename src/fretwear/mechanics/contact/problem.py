@@ -281,6 +281,12 @@ class Accuracy:
         }
         return replace(self, **loosened)
 
+    @property
+    def for_errors(self) -> Accuracy:
+        """Tolerances of a run whose results only tell the errors of another run."""
+        reduced = self.reduced_between
+        return replace(self, contact=self.contact_between, first_reduced=reduced, reduced=reduced)
+
 
 @singledispatch
 def solve_on(
