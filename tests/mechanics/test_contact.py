@@ -58,13 +58,30 @@ def test_hertz_pressure_converges_with_the_grid():
 def test_a_pressure_is_refined_up_to_its_edge():
     fine, coarse = (window((n, n)) for n in (128, 64))
     wider = solve_contact(pressed(coarse), tolerance=1e-10)
-    refined = solver.refined(wider, coarse.half_space(MODULUS).self_influence)
+    self_influence = coarse.half_space(MODULUS).self_influence
+    refined = solver.refined(wider.pressure, wider.gap, self_influence)
     np.testing.assert_allclose(solver.halved(refined), wider.pressure, atol=1e-6 * P0)
     exact = solve_contact(pressed(fine), tolerance=1e-10).pressure
     repeated = wider.pressure.repeat(2, axis=0).repeat(2, axis=1)
     # Repeated values err by half of a step between cells; the square root, nearly linear in p², by
     # what the discrete solution differs from it in the cells at the edge.
     assert np.abs(refined - exact).sum() < 0.15 * np.abs(repeated - exact).sum()
+
+
+@pytest.mark.parametrize("waves", [0.0, 5.0])
+def test_wider_cells_replace_a_start_only_if_they_know_more(waves):
+    short = replace(
+        ROUGH, wavenumber_x=waves * ROUGH.wavenumber_x, wavenumber_y=waves * ROUGH.wavenumber_y
+    )
+    problem = pressed(window((192, 192)), roughness=short)
+    first = solve_contact(problem)
+    worn = problem.shape + 0.01 * first.approach * first.pressure / first.pressure.max()
+    problem = replace(problem, shape=worn)
+    method = solver.ActiveSet(problem, problem.half_space, first.pressure)
+    assert method.is_far(1e-6) == (waves == 0.0)
+    from_start, anew = (solve_contact(problem, start) for start in (first.pressure, None))
+    # The start costs a convolution before it is judged.
+    assert from_start.convolutions <= anew.convolutions + 1
 
 
 @pytest.mark.parametrize(("rough", "limit"), [(False, np.inf), (True, 0.8)])

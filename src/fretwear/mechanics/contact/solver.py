@@ -40,6 +40,9 @@ Inverse = tuple[Index, Single, Callable[[Single], Single]]
 
 # Tolerances of the elastic state from which yielding starts, and of the contact on wider cells.
 _COARSE, _OF_WIDER = 1e-2, 1e-4
+# On many cells, a start with a larger residual may be farther from the solution than one from wider
+# cells; factor for what they lose of its pressure.
+_MANY, _NEAR, _FARTHER = 2**15, 1e-3, 10.0
 _ACTIVE_SET_STEPS = 60
 # Factors by which a step reduces the residual of the free cells: `_WHILE_CHANGING` while more than
 # a fraction `_FEW` of them change sides, else, and at first, `_PRECISELY`; down to a part of the
@@ -99,10 +102,11 @@ def solve_by_active_sets(
     verified: bool,
 ) -> Contact:
     """Solve a normal contact on a grid; parameters and errors as of `solve_contact`."""
-    spent = 0
-    if start is None:
+    method, spent = None if start is None else ActiveSet(problem, bodies, start), 0
+    if method is None or method.is_far(tolerance):
         start, spent = _first_start(bodies, problem)
-    method = ActiveSet(problem, bodies, start)
+        spent += 0 if method is None else method.convolutions
+        method = ActiveSet(problem, bodies, start)
     if not method.solve(tolerance, verified=verified):
         spent += method.convolutions
         contact = projected_gradients(problem, method.pressure, tolerance)
@@ -125,7 +129,8 @@ def _first_start(bodies: ConvolvedBodies, problem: ContactProblem) -> tuple[Arra
             limit = halved(limit)
         wider = replace(problem, half_space=coarser, shape=halved(problem.shape), limit=limit)
         contact = solve_by_active_sets(coarser, wider, None, _OF_WIDER, verified=False)
-        return refined(contact, coarser.self_influence), contact.convolutions // 4
+        pressure = refined(contact.pressure, contact.gap, coarser.self_influence)
+        return pressure, contact.convolutions // 4
     start = problem.first_guess()
     if not np.isfinite(limit).all():
         return start, 0
@@ -143,20 +148,20 @@ def halved(field: Real) -> Real:
     return means
 
 
-def refined(contact: Contact, self_influence: float) -> Array:
-    """The pressure, Pa, of a contact on cells half as wide, with the same means.
+def refined(wider: Array, gap: Array, self_influence: float) -> Array:
+    """A pressure, Pa, on cells half as wide, with the same means; of a contact with its gap, m.
 
     At a distance s inside an edge the pressure is A √s; at s outside, the gap is 4 A √s³ / 3E*. So
     A² s, which is p² inside and follows from the gap outside, is interpolated through the edge.
     """
-    pressure, unit = scaled(contact.pressure)
+    pressure, unit = scaled(wider)
     squared = np.square(pressure)
     # A² times the width of a cell: p² rises to one to two of these within two cells.
     rise = squared / np.float32(1.5)
     for field in (rise, rise.T) * 2:
         np.maximum(field[1:], field[:-1], out=field[1:])
         np.maximum(field[:-1], field[1:], out=field[:-1])
-    opened = in_single(contact.gap, unit * self_influence)
+    opened = in_single(gap, unit * self_influence)
     outside = np.cbrt(np.square(rise * opened / np.float32(_EDGE)))
     squared = np.where(pressure > 0, squared, -outside)
     finer = np.sqrt(np.maximum(_halfway(_halfway(squared.T).T), 0.0))
@@ -191,6 +196,21 @@ class ActiveSet:
         self._care = 1.0
         self._solved: Mask = ~self.free
         self._inverses = preconditioner(self._bodies, self._tangent(), self.free)
+
+    def is_far(self, tolerance: float) -> bool:
+        """Whether a start from wider cells, if there are any, is closer to the solution.
+
+        It misses about what wider cells lose of the present pressure.
+        """
+        problem, bodies = self.problem, self._bodies
+        if problem.layer is not None or not problem.is_elastic or self.pressure.size < _MANY:
+            return False
+        self._evaluate(tolerance)
+        if self.residual <= _NEAR or (coarser := bodies.coarser) is None:
+            return False
+        wider = halved(self.pressure), halved(np.maximum(self.gap, 0.0))
+        lost = np.abs(refined(*wider, coarser.self_influence) - self.pressure)
+        return self.residual * self.scale > _FARTHER * bodies.self_influence * float(lost.max())
 
     def _between_bounds(self) -> Mask:
         return (self.pressure > 0) & (self.pressure < self.problem.limit)
