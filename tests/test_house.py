@@ -149,12 +149,12 @@ def test_a_public_name_of_a_module_means_one_thing_in_the_package():
         for node in parsed(file).body:
             defined = isinstance(node, ast.FunctionDef | ast.ClassDef)
             targets = getattr(node, "targets", [getattr(node, "target", None)])
-            names = [at.id for at in targets if isinstance(at, ast.Name)]
+            names = [target.id for target in targets if isinstance(target, ast.Name)]
             for name in [node.name] if defined else names:
                 if not name.startswith("_") and name != "app":
                     places.setdefault(name, []).append(module)
     assert len(places) > 300
-    assert not {name: at for name, at in places.items() if len(at) > 1}
+    assert not {name: modules for name, modules in places.items() if len(modules) > 1}
 
 
 # Names with underscores that their libraries document.

@@ -156,10 +156,10 @@ FAILURES = ("results elsewhere",)
 def test_a_mistake_is_answered_by_one_message_that_tells_what_to_do(place, monkeypatch, mistake):
     monkeypatch.chdir(place.folder)
     typed, *expected = MISTAKES[mistake]
-    before = place.files()
+    files = place.files()
     result = place.call(*typed.split(), status=1 if mistake in FAILURES else 2)
     assert result.stderr.count("fretwear: error: ") == 1
     for words in expected:
         assert words in result.stderr
     assert result.stdout == ""
-    assert place.files() == before
+    assert place.files() == files

@@ -75,8 +75,8 @@ def test_the_bulk_stress_of_a_case_is_that_of_its_stresses():
     assert pulled.case_id != plain.case_id
     point = {"points": [(0, 0, 5e-5)], "phases": 2}
     own = fretwear.stress(pulled, **point)
-    given = json.loads(pulled.parameters) | {"bulk_stress": 0.0}
-    without = fretwear.stress(pulled.assign_attrs(parameters=json.dumps(given)), **point)
+    keys = json.loads(pulled.parameters) | {"bulk_stress": 0.0}
+    without = fretwear.stress(pulled.assign_attrs(parameters=json.dumps(keys)), **point)
     added = (own - without).stress_xx.values.ravel()
     assert added == near([80e6, -80e6], rel=1e-5)
 
@@ -97,8 +97,8 @@ def test_wear_of_the_flat_alone_counts(gross):
 
 def test_a_mean_stress_shifts_the_loop_and_shortens_lives(partial):
     """Along x by σ_m, at R by σ_a (1 + R)/(1 − R); P_H,max grows by a third of it."""
-    given = json.loads(partial.parameters) | {"bulk_stress": 90e6}
-    pulled = partial.assign_attrs(parameters=json.dumps(given))
+    keys = json.loads(partial.parameters) | {"bulk_stress": 90e6}
+    pulled = partial.assign_attrs(parameters=json.dumps(keys))
     asked = {"points": [(-1.4e-4, 0, 2e-5)], "phases": 8, "crossland": 0.3}
     found = {ratio: fretwear.stress(pulled, **asked, stress_ratio=ratio) for ratio in (-1.0, 0.1)}
     mean = 90e6 * 1.1 / 0.9

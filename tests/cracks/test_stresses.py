@@ -43,11 +43,11 @@ def test_planes_and_points_agree(worn):
     places = [(each, 0.0, z) for z in plane.z.values for each in x]
     points = fretwear.stress(worn, 1000, points=places, phases=4, crossland=0.2)
     for name in ("stress_xx", "stress_yz", "stress_xz", "von_mises"):
-        at = points[name].values.reshape(4, 3, x.size)
+        on_line = points[name].values.reshape(4, 3, x.size)
         middle = plane[name].isel(y=0, x=slice(0, None, 9)).values.swapaxes(1, 2)
-        np.testing.assert_allclose(at, middle, atol=1e-4 * peak)
-    at = points.crossland.values.reshape(3, x.size)
-    np.testing.assert_allclose(at, plane.crossland.values[::9, 0].T, atol=1e-4 * peak)
+        np.testing.assert_allclose(on_line, middle, atol=1e-4 * peak)
+    on_line = points.crossland.values.reshape(3, x.size)
+    np.testing.assert_allclose(on_line, plane.crossland.values[::9, 0].T, atol=1e-4 * peak)
 
 
 def test_friction_is_that_of_the_block_that_a_snapshot_ends(worn):

@@ -55,9 +55,9 @@ def test_a_merged_study_has_the_fatigue_of_its_cases(cracked):
             with xr.open_dataset(file) as stored:
                 np.testing.assert_array_equal(stored.largest_smith_watson_topper, row)
                 assert float(stored.z[-1]) == pytest.approx(0.3e-3)
-            before = file.stat().st_mtime_ns
+            stamp = file.stat().st_mtime_ns
             study.added["output.stress"].stored(folder / f"cases/{case_id}.nc")
-            assert file.stat().st_mtime_ns == before
+            assert file.stat().st_mtime_ns == stamp
 
 
 def test_figures_show_who_wins_and_where(cracked):
@@ -67,8 +67,8 @@ def test_figures_show_who_wins_and_where(cracked):
         assert {"largest_smith_watson_topper", "largest_damage", "fatigue_map"} <= {*figures}
         (outcome,) = fatigue_map(merged).axes[0].get_images()
         assert np.asarray(outcome.get_array()).ravel().tolist() == [2.0, 1.0]
-        before, after, *_ = figures["crack_map_1"].axes
-        for axes, cycle in ((before, 0), (after, -1)):
+        unworn, worn, *_ = figures["crack_map_1"].axes
+        for axes, cycle in ((unworn, 0), (worn, -1)):
             marks = [line for line in axes.get_lines() if line.get_marker() == "+"]
             expected = merged.isel(displacement_amplitude=0, cycle=cycle)
             place = np.ravel(marks[0].get_data())

@@ -68,9 +68,9 @@ def test_the_largest_von_mises_stress_below_a_sliding_sphere(friction, largest, 
     slid = sphere(friction * HERTZ)
     depths = np.arange(0.3, 0.6, 0.005)
     plane = np.array([von_mises(total(slid.section(depth))) for depth in depths])
-    at, along = np.unravel_index(plane.argmax(), plane.shape)
+    row, column = np.unravel_index(plane.argmax(), plane.shape)
     assert plane.max() == near(largest, rel=1e-3)
-    assert (slid.x[along], depths[at]) == pytest.approx((x, z), abs=0.02)
+    assert (slid.x[column], depths[row]) == pytest.approx((x, z), abs=0.02)
 
 
 def test_the_surface_inside_a_sliding_contact():

@@ -39,8 +39,8 @@ def test_indices_of_listed_values_are_those_of_the_variance_of_the_levels():
     place = (3 * unit[:, 1]).astype(int)
     values = levels[place] + 2.0 * unit[:, 0]
     # Points of a study lie in the middle of the part of their level.
-    at = np.column_stack([unit[:, 0], (place + 0.5) / 3])
-    (found,) = sobol_indices(at, values[:, None], (0, 3))
+    points = np.column_stack([unit[:, 0], (place + 0.5) / 3])
+    (found,) = sobol_indices(points, values[:, None], (0, 3))
     parts = np.array([4.0 / 12.0, levels.var()])
     assert found.first == pytest.approx(parts / parts.sum(), abs=0.01)
 

@@ -476,8 +476,8 @@ def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(
     with open_summary(loads / "summary.nc") as summary:
         assert summary.attrs["warnings"] == ""
         check_belongs(summary, study)
-        other = make_study({**LOADS, "plastic_limit": ["none", "4400 MPa"]})
-        for wrong in (make_study({"load": ["20 N"]}), other):
+        softer = make_study({**LOADS, "plastic_limit": ["none", "4400 MPa"]})
+        for wrong in (make_study({"load": ["20 N"]}), softer):
             with pytest.raises(DataFileError, match=r"summary\.nc: it has other points"):
                 check_belongs(summary, wrong)
     monkeypatch.setattr("fretwear.data.merge.case_digest", lambda _: "newer")
@@ -491,9 +491,9 @@ def test_a_summary_of_another_study_is_refused_and_cases_of_other_code_are_told(
 def test_what_is_less_accurate_than_asked_for_is_told_with_its_case_in_summary_and_table(
     make_study, merged
 ):
-    given = base(accuracy=None, budget=1.0, cycles=100)
+    keys = base(accuracy=None, budget=1.0, cycles=100)
     vary = {"load": ["20 N", "50 N"], "accuracy": ["none", 0.001]}
-    study = make_study(vary, base=given, output={"cycles": [0, 100]})
+    study = make_study(vary, base=keys, output={"cycles": [0, 100]})
     with open_summary(merged(study) / "summary.nc") as summary:
         table = pd.read_csv(StringIO(results_table(summary)), keep_default_na=False)
         lines = summary.attrs["warnings"].splitlines()

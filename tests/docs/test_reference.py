@@ -74,13 +74,13 @@ def has_words(item, words):
 
 @pytest.mark.parametrize("name", [n for n in case_keys().all_names if "counterface." not in n])
 def test_every_parameter_is_in_its_list(name):
-    about = case_keys()[name].parameter
+    parameter = case_keys()[name].parameter
     (item,) = (i for i in items(STUDY_FILE, name) if i.startswith(f"- `{name}: "))
-    assert f"`{name}: {about.example}`" in item or not isinstance(about, Quantity)
-    assert item.endswith(f": {about.description or f'{about.words.capitalize()}.'}")
-    if isinstance(about, Quantity) and not about.is_whole:
+    assert f"`{name}: {parameter.example}`" in item or not isinstance(parameter, Quantity)
+    assert item.endswith(f": {parameter.description or f'{parameter.words.capitalize()}.'}")
+    if isinstance(parameter, Quantity) and not parameter.is_whole:
         words = [("larger than", ">"), ("at least", "≥"), ("less than", "<"), ("at most", "≤")]
-        limits = about.range_text().replace(" and ", ", ")
+        limits = parameter.range_text().replace(" and ", ", ")
         for word, sign in words:
             limits = limits.replace(word, sign)
         # Other numbers are larger than zero, as the page says.
@@ -126,20 +126,20 @@ def test_every_profile_and_material_is_on_its_page():
 def quantities():
     """Every quantity of files and datasets that has a symbol: its names and its declarations."""
     listed = [(name, case_keys()[name].parameter) for name in case_keys().all_names]
-    forms = (form for _, about in listed for form in getattr(about, "forms", ()))
+    forms = (form for _, quantity in listed for form in getattr(quantity, "forms", ()))
     listed += [item for form in forms for item in declared(form).items()]
     listed += [(name, parameter(name)) for name in ("hertz_radius", "hertz_pressure")]
     listed += StressOutput.parameters().items()
     variables = (X, Y, CYCLE, DEPTH, *RESULTS.values(), *LOOP, *STRESSES, *CRACKS, *FATIGUE)
     listed += [(one.name, one) for one in variables]
-    return [(name, about) for name, about in listed if about.symbol.startswith("$")]
+    return [(name, quantity) for name, quantity in listed if quantity.symbol.startswith("$")]
 
 
 def test_every_symbol_is_in_the_list_of_its_parameter_or_in_the_notation():
-    for name, about in quantities():
+    for name, quantity in quantities():
         key = name.replace("counterface.", "roughness.")
         listed = (*items(STUDY_FILE, key), *items(DATASET, key))
-        assert any(about.symbol in item for item in listed) or is_symbol(about.symbol), name
+        assert any(quantity.symbol in item for item in listed) or is_symbol(quantity.symbol), name
     for symbol in ("$P^*$", "$g^*$", "$κ$", r"$β_\mathrm{D}$", "$τ$"):  # of equations alone
         assert is_symbol(symbol), symbol
 
@@ -150,8 +150,10 @@ def is_symbol(symbol):
 
 
 def test_no_symbol_stands_for_two_quantities():
-    for symbol in {about.symbol for _, about in quantities()}:
-        names = {name.rpartition(".")[2] for name, about in quantities() if about.symbol == symbol}
+    for symbol in {quantity.symbol for _, quantity in quantities()}:
+        names = {
+            name.rpartition(".")[2] for name, quantity in quantities() if quantity.symbol == symbol
+        }
         assert len(names) == 1 or any(names <= same for same in SAME), symbol
 
 

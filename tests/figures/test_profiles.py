@@ -89,12 +89,12 @@ def test_a_figure_that_is_not_there_names_those_of_any_result():
 
 
 @pytest.mark.parametrize(
-    "given", [("wear_map",), ("field_profiles", "pressure"), ("scalar_history", "wear_volume")]
+    "drawn", [("wear_map",), ("field_profiles", "pressure"), ("scalar_history", "wear_volume")]
 )
-def test_a_panel_is_drawn_into_axes_that_are_there(given, smooth):
+def test_a_panel_is_drawn_into_axes_that_are_there(drawn, smooth):
     figure = Figure()
     left, right = figure.subplots(1, 2)
-    name, *quantity = given
+    name, *quantity = drawn
     assert getattr(figures, name)(smooth, *quantity, ax=right) is figure
     assert right.has_data()
     assert not left.has_data()

@@ -28,10 +28,10 @@ def pushed(x, friction, first=0.0):
     return force
 
 
-def written(file, heads, *columns, separator=",", comma=False, before=""):
+def written(file, heads, *columns, separator=",", comma=False, top=""):
     rows = "\n".join(separator.join(f"{v:.5f}" for v in row) for row in zip(*columns, strict=True))
     rows = rows.replace(".", ",") if comma else rows
-    file.write_text(f"{before}{separator.join(heads)}\n{rows}\n")
+    file.write_text(f"{top}{separator.join(heads)}\n{rows}\n")
     return file
 
 
@@ -88,12 +88,12 @@ MICRO, NORMAL = 1e6 * X, np.full(X.size, 50.2)
         (("", "displacement (um)", "force (N)"), (TURN, MICRO, FORCE), {"separator": "\t"}),
         (("s", "Ff", "COF", "F_n", "Set position", "Position"),
          (TURN, FORCE, FORCE, NORMAL, NORMAL, MICRO),
-         {"before": "Step 1\n", "separator": "\t"}),
+         {"top": "Step 1\n", "separator": "\t"}),
     ],
 )  # fmt: skip
 def test_no_other_force_or_direction_is_taken_for_friction(tmp_path, heads, columns, how):
     if heads[0] == "s":  # a line of units
-        how = how | {"before": "\t".join(heads) + "\n"}
+        how = how | {"top": "\t".join(heads) + "\n"}
         heads = ("sec", "Newton", "", "N", "mm", "um")
     table = split_recording(written(tmp_path / "run.txt", heads, *columns, **how), LOAD).table
     assert table["cycle"].tolist() == [0, 1, 2, 3]
@@ -196,7 +196,7 @@ def test_the_options_of_the_command_say_what_the_file_lacks(desk, tmp_path):
     """Volts, a title with numbers, decimal commas: keys of study files by the same names."""
     volts = written(
         tmp_path / "run.csv", ("a", "b", "c"), NORMAL, 1e6 * X / 20.0, FORCE / -10.0,
-        separator=";", comma=True, before="1;2;3\n4;5;6\n",
+        separator=";", comma=True, top="1;2;3\n4;5;6\n",
     )  # fmt: skip
     call = ("loops", volts, "--load", "50 N", "-o", "table.csv")
     layout = ("--skip", "2", "--columns", "b, 2", "--units", "V", "--decimal", ",")

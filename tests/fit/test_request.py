@@ -27,9 +27,9 @@ def study(folder, scar=None, free=SCHEMA_FREE, **changes):
     return load_study(write_study(folder / "scar.yaml", content))
 
 
-def refusal(*given, **changes):
+def refusal(*arguments, **changes):
     with pytest.raises(StudyError) as caught:
-        study(*given, **changes)
+        study(*arguments, **changes)
     return str(caught.value)
 
 
@@ -108,8 +108,8 @@ def test_a_map_gives_the_line_asked_for_along_x_or_y(tmp_path):
     library.Topography(-DEPTHS, (600.0, 400.0), unit="um").to_netcdf(str(tmp_path / "map.nc"))
 
     def line(**changes):
-        given = {"file": "map.nc", "noise": "20 nm"} | changes
-        return study(tmp_path, **given).added["fit"].data[0].readings
+        keys = {"file": "map.nc", "noise": "20 nm"} | changes
+        return study(tmp_path, **keys).added["fit"].data[0].readings
 
     for expected, changes in (
         (DEPTHS[:, 10], {"line": "100 um"}),
@@ -147,8 +147,8 @@ def test_a_loop_is_force_over_displacement_and_needs_the_noise_of_the_force(tmp_
     assert measured.readings[0] == near(1e-6 * x)
     assert measured.readings[1] == near(1e3 * force)
     for order in (np.roll(np.arange(20), 7), np.arange(20)[::-1]):
-        (other,) = study(tmp_path, text(x[order], force[order], head), **loop).added["fit"].data
-        for each, first in zip(other.readings, measured.readings, strict=True):
+        (reordered,) = study(tmp_path, text(x[order], force[order], head), **loop).added["fit"].data
+        for each, first in zip(reordered.readings, measured.readings, strict=True):
             assert each == pytest.approx(first, abs=1e-9 * np.ptp(first))
     order = np.random.default_rng(1).permutation(20)
     assert "is not one loop" in refusal(tmp_path, text(x[order], force[order], head), **loop)

@@ -46,7 +46,9 @@ def on_grid(kept=lambda x, y: True):
 
 def assert_is_the_wave(found, tolerance=1e-12, first=(0.0, 0.0)):
     """Heights agree where measured, up to a constant; the first point is at a place in µm."""
-    x, y = (1e6 * (at - at[0]) + one for at, one in zip((found.x, found.y), first, strict=True))
+    x, y = (
+        1e6 * (axis - axis[0]) + one for axis, one in zip((found.x, found.y), first, strict=True)
+    )
     away = (found.heights - 1e-6 * wave(x[:, None], y))[found.measured]
     assert np.abs(away - away.mean()).max() < tolerance
 

@@ -80,12 +80,12 @@ def test_a_patch_is_a_part_of_the_file_about_its_own_centre(written, tmp_path):
 def test_what_stands_out_of_either_body_closes_the_gap(written):
     heights = wave(X, Y) + 3e-3 * X
     flat = MeasuredRoughness(written(heights), tilt="keep")
-    at = X[3:37:5], Y[:, 2:28:5]
+    grid = X[3:37:5], Y[:, 2:28:5]
     expected = -(heights - heights.mean())[3:37:5, 2:28:5]
-    np.testing.assert_allclose(flat.height(*at), expected, atol=1e-15)
+    np.testing.assert_allclose(flat.height(*grid), expected, atol=1e-15)
     # Turned over about the y axis.
     turned = MeasuredRoughness(written(heights), tilt="keep", body="indenter")
-    np.testing.assert_allclose(turned.height(*at), flat.height(-at[0], at[1]), atol=1e-18)
+    np.testing.assert_allclose(turned.height(*grid), flat.height(-grid[0], grid[1]), atol=1e-18)
 
 
 @pytest.mark.usefixtures("library")
@@ -164,9 +164,9 @@ def test_a_picture_shows_contact_holes_and_spikes(written):
 
 
 def test_unsuitable_maps_have_warnings(library, tmp_path):
-    at = (np.arange(120) - 59.5) * 5.0  # µm
-    ball = -(at[:, None] ** 2 + at**2) / 20e3 + 0.02 * np.sin(at)
-    hole = np.ma.masked_where(np.hypot(at[:, None], at) < 100.0, 0.05 * np.sin(at + at[:, None]))
+    x = (np.arange(120) - 59.5) * 5.0  # µm
+    ball = -(x[:, None] ** 2 + x**2) / 20e3 + 0.02 * np.sin(x)
+    hole = np.ma.masked_where(np.hypot(x[:, None], x) < 100.0, 0.05 * np.sin(x + x[:, None]))
 
     def told(heights, **keys):
         file = str(tmp_path / "map.nc")

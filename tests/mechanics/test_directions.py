@@ -251,8 +251,8 @@ NARROW = [(0.4, 0.6, 0.286), (0.55, 0.45, 0.25), (0.3, 0.5, 0.2)]  # Q/µP, µ, 
 
 def cylinder(stress, cells=80):
     """A cylinder on strips of both sides; the stress over its peak pressure."""
-    given = {"friction_law": Coulomb(0.6), "bulk_stress": stress * LINE.peak_pressure}
-    return on_strips(cells, load_ratio=RATIO, geometry=Row, **given)
+    fields = {"friction_law": Coulomb(0.6), "bulk_stress": stress * LINE.peak_pressure}
+    return on_strips(cells, load_ratio=RATIO, geometry=Row, **fields)
 
 
 def worn_once(problem):
@@ -330,12 +330,12 @@ def test_the_scar_of_a_cylinder_is_deeper_on_one_side():
 
 
 def test_friction_as_a_vector_gives_the_same_for_a_sphere():
-    (found, state), (exact, other) = (
+    (found, state), (exact, vector) = (
         worn_once(fretting(12, slip_model=model, load_ratio=0.6, bulk_stress=0.1 * P0))
         for model in (Cerruti(), Coupled())
     )
     np.testing.assert_allclose(found, exact, rtol=0.02)
-    assert state.reduced.stick.sum() == near(other.reduced.stick.sum(), rel=0.03)
+    assert state.reduced.stick.sum() == near(vector.reduced.stick.sum(), rel=0.03)
     x = state.geometry.x[:, None] * state.reduced.stick
     assert x.sum() / state.reduced.stick.sum() < -0.02 * A
 

@@ -22,10 +22,10 @@ pytestmark = pytest.mark.slow
 STEEP = {**WAVES, "slope_x": "3 deg"}
 
 
-def case_of(cycles=1, **given):
-    usual = {"load": None} if "indentation" in given else {}
+def case_of(cycles=1, **changes):
+    usual = {"load": None} if "indentation" in changes else {}
     usual |= {"slip_model": "jaeger", "tangential_ratio": None, "output_cycles": None}
-    return steel(**{**usual, "cycles": cycles, **given})
+    return steel(**{**usual, "cycles": cycles, **changes})
 
 
 def after(case, *, rings=True):
@@ -69,15 +69,15 @@ def test_mindlin_sphere_under_a_given_displacement_its_loop_and_gross_slip_as_fo
 
 
 @pytest.mark.parametrize(
-    "given",
+    "keys",
     [{"displacement_ratio": 0.8, "rig_stiffness": "28 N/um"},
      {"displacement_ratio": 1.2, "cell": "6 um"},
      {"displacement_ratio": 0.9, "roughness": STEEP, "cell": ["1.9 um", "4 um"]},
      {**line_contact("6 mm", "100 N/mm"), "tangential_ratio": 0.8}],
     ids=["rig", "gross slip", "rough", "cylinder"],
 )  # fmt: skip
-def test_a_loop_is_that_of_many_contacts_and_holds_the_energy_that_its_cycle_dissipates(given):
-    case = case_of(1000, **given)
+def test_a_loop_is_that_of_many_contacts_and_holds_the_energy_that_its_cycle_dissipates(keys):
+    case = case_of(1000, **keys)
     *_, last = steps(case)
     state, workspace = last.state, Workspace(wear_problem(case))
     problem, ground = workspace.problem, workspace.on(state.geometry)
@@ -98,10 +98,10 @@ def test_a_loop_is_that_of_many_contacts_and_holds_the_energy_that_its_cycle_dis
     found = loop(workspace, state)
     assert np.trapezoid(found.force, found.displacement) == near(dissipated, rel=1e-9)
     assert found.force.max() == near(last.measures.tangential_force, rel=1e-9)
-    at = (force[-1] - found.force[: POINTS + 1]) / 2
+    fallen = (force[-1] - found.force[: POINTS + 1]) / 2
     moved = (found.displacement[0] - found.displacement[: POINTS + 1]) / 2
-    moved -= at * problem.flexibility
-    assert np.abs(moved - np.interp(at, force, way)).max() <= 5e-3 * way[-1]
+    moved -= fallen * problem.flexibility
+    assert np.abs(moved - np.interp(fallen, force, way)).max() <= 5e-3 * way[-1]
 
 
 # Popov (2014), Sci. Rep. 4, 3749: u, load, central pressure, half-width, deepest wear, volume.
@@ -174,24 +174,24 @@ def test_debris_that_keeps_all_leaves_the_gap_and_half_of_it_slows_what_wear_doe
 def test_debris_that_keeps_all_wears_as_one_that_keeps_nearly_all_while_the_stick_zone_grows():
     """Slip ends within a step where stick begins, and the earlier wear remains."""
     rising = {"cycles": [0, 300], "values": [0.3, 0.9]}
-    given = {"cycles": 300, "displacement_amplitude": "0.9 um", "friction": rising}
+    keys = {"cycles": 300, "displacement_amplitude": "0.9 um", "friction": rising}
     worn = {}
     for kept in (1.0 - 1e-7, 1.0):
-        states = [each.state for each in steps(case_of(**given, debris_fraction=kept))]
+        states = [each.state for each in steps(case_of(**keys, debris_fraction=kept))]
         assert states[-1].reduced.stick.sum() > 1.1 * states[0].reduced.stick.sum()
-        for before, after in itertools.pairwise(states):
-            if before.geometry == after.geometry:
-                assert (after.wear >= before.wear).all()
+        for earlier, later in itertools.pairwise(states):
+            if earlier.geometry == later.geometry:
+                assert (later.wear >= earlier.wear).all()
         worn[kept] = states[-1].geometry.integral(states[-1].wear)
     assert worn[1.0] == near(worn[1.0 - 1e-7], rel=1e-3)
 
 
 def test_wear_per_energy_is_archards():
     law = {"wear_coefficient": None, "energy_wear_coefficient": "1.4e-3 mm^3/J"}
-    one, other = (
+    one, by_energy = (
         after(case_of(500, tangential_ratio=0.8, **each))[500].measures for each in ({}, law)
     )
-    assert other.wear_volume == near(one.wear_volume, rel=1e-12)
+    assert by_energy.wear_volume == near(one.wear_volume, rel=1e-12)
 
 
 def test_friction_that_follows_a_table_stops_at_its_kinks_and_a_constant_one_is_a_number():
@@ -215,9 +215,9 @@ def test_friction_that_follows_a_table_stops_at_its_kinks_and_a_constant_one_is_
     assert found[250].measures.tangential_force < 0.8 * 50
 
 
-def blocks_of(*blocks, **given):
+def blocks_of(*blocks, **changes):
     usual = {"cycles": None, "output_cycles": None, "slip_model": "jaeger"}
-    return steel(**{**usual, "blocks": blocks, **given})
+    return steel(**{**usual, "blocks": blocks, **changes})
 
 
 def test_blocks_follow_each_other_on_the_same_shape():
@@ -244,8 +244,8 @@ def test_bodies_do_not_heal_where_rings_follow_another_load():
     )
     case = blocks_of(*blocks, load=None, tangential_ratio=0.2, plastic_limit="1027 MPa")
     run = [step.state for step in steps(case, geometry=Rings)]
-    for before, state in itertools.pairwise(run):
-        then = before.geometry.resized(before.plastic, state.geometry)
+    for earlier, state in itertools.pairwise(run):
+        then = earlier.geometry.resized(earlier.plastic, state.geometry)
         assert (state.plastic >= then * (1.0 - 1e-12)).all()
     again = [state for state in run if state.cycle > 600]
     # It yields as it is loaded again, and other rings are there.

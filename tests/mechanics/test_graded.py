@@ -232,8 +232,8 @@ def test_fields_on_a_plane_are_those_along_the_radius():
     np.testing.assert_allclose(found["pressure"], HERTZ.pressure(r), atol=0.05 * P0)
     inside, parts = r < 0.95 * A, (np.arange(8) - 3.5) / 8.0
     x, y = (
-        at[:, None] + parts * size
-        for at, size in zip((plane.x, plane.y), plane.spacing, strict=True)
+        centres[:, None] + parts * size
+        for centres, size in zip((plane.x, plane.y), plane.spacing, strict=True)
     )
     within = HERTZ.pressure(np.hypot(x[:, None, :, None], y[None, :, None, :])).mean(axis=(2, 3))
     np.testing.assert_allclose(found["pressure"][inside], within[inside], rtol=2e-3)

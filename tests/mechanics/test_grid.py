@@ -178,8 +178,8 @@ def test_a_convolution_is_that_of_fourier_transforms(shape, even, library, monke
     spectrum = np.fft.fft2(periodic).real
     far = np.fft.ifft2(spectrum * np.fft.fft2(whole, spectrum.shape)).real[: shape[0], : shape[1]]
     near = np.fft.ifft2(np.fft.fft2(whole) / (0.5 * spectrum[::2, ::2] + 7.0)).real
-    single, given = ours.in_single(2.0), field.astype(np.float32)
-    found = ours(field), single(given), single.inverse(7.0)(+given)
-    for one, other, rtol in zip(found, (far, far / 2, near), (1e-14, 2e-6, 2e-6), strict=True):
-        assert one.dtype == (field if rtol < 1e-7 else given).dtype
-        np.testing.assert_allclose(one, folded(other, even), atol=rtol * np.abs(other).max())
+    single, rounded = ours.in_single(2.0), field.astype(np.float32)
+    found = ours(field), single(rounded), single.inverse(7.0)(+rounded)
+    for one, exact, rtol in zip(found, (far, far / 2, near), (1e-14, 2e-6, 2e-6), strict=True):
+        assert one.dtype == (field if rtol < 1e-7 else rounded).dtype
+        np.testing.assert_allclose(one, folded(exact, even), atol=rtol * np.abs(exact).max())

@@ -82,8 +82,8 @@ def test_projected_gradients_solve_the_contacts_of_a_stroke_alone(limit, worn, m
     expected = strokes.solve(opening, compliance, inside[..., None].astype(float))
     monkeypatch.setattr(rubbing, "_LARGEST_SWEEPS", 0)
     found = strokes.solve(opening, compliance, inside[..., None].astype(float))
-    for field, other in zip(found, expected, strict=True):
-        assert np.abs(field - other).max() <= 1e-7 * max(np.abs(other).max(), 1e-12)
+    for field, exact in zip(found, expected, strict=True):
+        assert np.abs(field - exact).max() <= 1e-7 * max(np.abs(exact).max(), 1e-12)
     assert (found.flow.max() > 0.0) == (limit < 1.0)
 
 

@@ -63,16 +63,16 @@ def test_where_bodies_first_yield_by_the_closed_forms_of_pressure_and_traction(g
     equivalent = np.sqrt(HERTZ.pressure(r) ** 2 + GROWTH * (HERTZ.pressure(r) - stuck) ** 2)
     onset = r[np.argmax(equivalent)]
     assert 0.0 < onset < A
-    given = {"junction_growth": ALPHA, "geometry": geometry}
+    fields = {"junction_growth": ALPHA, "geometry": geometry}
     below, above = (
-        first_loading(fretting(48, limit=part * equivalent.max() / P0, **given))
+        first_loading(fretting(48, limit=part * equivalent.max() / P0, **fields))
         for part in (1.01, 0.99)
     )
     assert not below.plastic.any()
     radius = np.hypot(*np.meshgrid(above.geometry.x, above.geometry.y, indexing="ij"))
     depth = above.plastic
     assert float((radius * depth).sum() / depth.sum()) == near(onset, rel=0.05)
-    assert excess(fretting(limit=0.99 * equivalent.max() / P0, **given), above).max() < 1e-5
+    assert excess(fretting(limit=0.99 * equivalent.max() / P0, **fields), above).max() < 1e-5
 
 
 @pytest.mark.parametrize("geometry", [Grid, Rings])
@@ -117,18 +117,18 @@ def test_gross_slip_is_that_under_the_limit_over_the_root_of_one_and_alpha_squar
     *_, expected = evolve(capped, cycles)
     assert found.plastic.any()
     for name in ("wear", "plastic", "pressure"):
-        one, other = (each.geometry.integral(getattr(each, name)) for each in (found, expected))
-        assert one == near(other, rel=1e-6), name
+        one, right = (each.geometry.integral(getattr(each, name)) for each in (found, expected))
+        assert one == near(right, rel=1e-6), name
 
 
 @pytest.mark.slow
 def test_strokes_yield_at_the_limit_of_the_friction_of_the_moment():
     limit = 2.6
-    given = {"loading": SlidingAmplitude(0.15 * EDGE), "wear_law": Archard((2e-14, 1e-14))}
+    fields = {"loading": SlidingAmplitude(0.15 * EDGE), "wear_law": Archard((2e-14, 1e-14))}
 
     def slid(limit, friction, alpha=0.0):
-        given.update(junction_growth=alpha, friction_law=Coulomb(friction))
-        return list(slide(on_strips(12, limit=limit * LINE.peak_pressure / P0, **given), [9]))
+        fields.update(junction_growth=alpha, friction_law=Coulomb(friction))
+        return list(slide(on_strips(12, limit=limit * LINE.peak_pressure / P0, **fields), [9]))
 
     lowered = limit / math.sqrt(1.0 + ALPHA * 0.9**2)
     steady, expected = slid(limit, 0.9, ALPHA)[-1], slid(lowered, 0.9)[-1]
@@ -159,10 +159,10 @@ def test_no_cell_exceeds_the_limit_and_less_pressure_yields_than_without_frictio
     cycles = cycles_of(problem, 3.0)
     *_, without = evolve(CONTACTS[name], [cycles])
     for state in evolve(problem, [cycles]):
-        beyond, load = excess(problem, state), problem.hertz.load
+        over_limit, load = excess(problem, state), problem.hertz.load
         # A cell at the edge of stick, between two sweeps.
-        assert beyond.max() < 0.03
-        assert state.geometry.integral(np.maximum(beyond, 0.0) * state.pressure) < 3e-4 * load
+        assert over_limit.max() < 0.03
+        assert state.geometry.integral(np.maximum(over_limit, 0.0) * state.pressure) < 3e-4 * load
     sunk = state.plastic > 0.0
     assert sunk.any()
     assert state.geometry.integral(state.plastic) > without.geometry.integral(without.plastic)

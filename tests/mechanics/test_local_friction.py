@@ -124,8 +124,8 @@ def test_below_the_threshold_nothing_wears(kind, changes):
 
 def following(law, load_ratio=0.8, **changes):
     """The study's contact on rings under Q over the first friction, with friction of a law."""
-    given = {"geometry": Rings, "load_ratio": load_ratio, **changes}
-    return fretting(32, friction_law=Coulomb(law), **given)
+    fields = {"geometry": Rings, "load_ratio": load_ratio, **changes}
+    return fretting(32, friction_law=Coulomb(law), **fields)
 
 
 def of_discs(radii, edges):
@@ -136,8 +136,8 @@ def of_discs(radii, edges):
     """
     r, b = radii[:, None], edges[None, 1:]
     inner, outer = np.minimum(r / b, 1.0) ** 2, np.minimum(b / r, 1.0) ** 2
-    beyond = r * (ellipe(outer) - (1.0 - outer) * ellipk(np.minimum(outer, 1.0 - 1e-15)))
-    discs = np.where(r <= b, b * ellipe(inner), beyond) * 4.0 / (np.pi * MODULUS)
+    outside = r * (ellipe(outer) - (1.0 - outer) * ellipk(np.minimum(outer, 1.0 - 1e-15)))
+    discs = np.where(r <= b, b * ellipe(inner), outside) * 4.0 / (np.pi * MODULUS)
     return np.diff(discs, axis=1, prepend=0.0)
 
 
@@ -290,7 +290,9 @@ def test_contact_whose_friction_changed_at_once_is_that_of_the_last_friction(cha
     names = "tangential_force", "tangential_displacement", "stick_area", "dissipated_energy"
     for name in names:
         assert getattr(found, name) == near(getattr(expected, name), rel=3e-3), name
-    curve, same = (loop(Workspace(each), at) for each, at in ((problem, state), (constant, alike)))
+    curve, same = (
+        loop(Workspace(each), end) for each, end in ((problem, state), (constant, alike))
+    )
     assert curve.opening == near(same.opening, rel=5e-3)
     area = -np.trapezoid(curve.displacement, curve.force)
     assert area == near(found.dissipated_energy, rel=5e-3)

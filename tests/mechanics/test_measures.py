@@ -106,9 +106,9 @@ def test_the_radius_stays_where_the_half_width_jumps_to_the_next_row_of_tips():
     for load in (50.5, 51.9):
         problem = fretting(32, roughness=waves, normal=NormalLoad(load))
         found.append(Measures(problem, first_loading(problem)))
-    before, after = found
-    assert after.contact_half_width_x > 1.1 * before.contact_half_width_x
-    assert after.contact_radius == near(before.contact_radius, rel=0.01)
+    narrow, wide = found
+    assert wide.contact_half_width_x > 1.1 * narrow.contact_half_width_x
+    assert wide.contact_radius == near(narrow.contact_radius, rel=0.01)
 
 
 @pytest.mark.parametrize("edge", [17.1, 17.9])
@@ -271,7 +271,7 @@ class Skewed(Waves):
     is_turned: bool = False
 
     def height(self, x, y):
-        x, y = (sign * at for sign, at in zip(self.signs, (x, y), strict=True))
+        x, y = (sign * coordinate for sign, coordinate in zip(self.signs, (x, y), strict=True))
         x, y = (y, x) if self.is_turned else (x, y)
         oblique = 0.5 * np.sin(11.0 * x / A + 8.0 * y / A)
         return oblique * self.amplitude + super().height(x + 0.04 * A, y + 0.09 * A)

@@ -54,14 +54,14 @@ class UnlikeCylinder:
         """The sign, integrated over a strip, times β."""
         return self.beta * self.width * np.sign(self.x[:, None] - self.x)
 
-    def moved(self, load: float, force: float, before: tuple[Array, Array]) -> tuple[Array, ...]:
+    def moved(self, load: float, force: float, start: tuple[Array, Array]) -> tuple[Array, ...]:
         """Pressure, traction and slip after an increment; before it pressure and traction."""
-        traction, last = before[1], None
+        traction, last = start[1], None
         for _ in range(60):
             lift = self.drag @ traction if self.lifts else 0.0
             pressure, *_ = normal_contact(self.influence, self.x**2 / 2 - lift, self.width, load)
-            bound, drag = self.friction * pressure, self.drag @ (pressure - before[0])
-            step = tangential_step(self.influence, bound, before[1], self.width, force, drag=drag)
+            bound, drag = self.friction * pressure, self.drag @ (pressure - start[0])
+            step = tangential_step(self.influence, bound, start[1], self.width, force, drag=drag)
             traction, last = step.traction, traction
             if not self.lifts or np.abs(traction - last).max() < 1e-11:
                 return pressure, traction, np.where(pressure > 0, step.slip, 0.0)
@@ -78,8 +78,8 @@ class UnlikeCylinder:
         def go(parts, ratios):
             nonlocal state
             wear = np.zeros(self.strips)
-            for part, at in np.broadcast(parts, ratios):
-                *state, slip = self.moved(part * load, at * self.friction * load, state)
+            for part, ratio in np.broadcast(parts, ratios):
+                *state, slip = self.moved(part * load, ratio * self.friction * load, state)
                 wear += state[0] * np.abs(slip)
             return wear, state[1]
 

@@ -70,16 +70,18 @@ class Reference:
         """Wear depth of the third cycle from the middle, or of the second from the last end."""
         shape, pressures = self.x**2 / (2 * CYLINDER.radius) + wear, []
         for phase, load in enumerate(self.loads):
-            given = self.influence, shape, self.width, load, self.loaded[phase]
-            pressures.append(oracles.normal_contact(*given)[0])
-            self.loaded[phase] = pressures[-1] > 0
+            pressure, _, _ = oracles.normal_contact(
+                self.influence, shape, self.width, load, self.loaded[phase]
+            )
+            pressures.append(pressure)
+            self.loaded[phase] = pressure > 0
         last = len(self.loads) - 1
         back = [*range(last - 1, -1, -1)]
         begin = [] if self.traction.any() else [*range(last // 2, last + 1), *back]
         for path in (begin, [*range(last + 1), *back], [*range(last + 1), *back]):
             worn = np.zeros_like(self.x)
-            for before, now in pairwise(path):
-                bound = FRICTION * pressures[before]
+            for earlier, now in pairwise(path):
+                bound = FRICTION * pressures[earlier]
                 step = oracles.tangential_step(
                     self.influence,
                     FRICTION * pressures[now],
@@ -87,7 +89,7 @@ class Reference:
                     self.width,
                     force=self.forces[now],
                 )
-                mean = 0.5 * (pressures[before] + pressures[now]) * (pressures[now] > 0)
+                mean = 0.5 * (pressures[earlier] + pressures[now]) * (pressures[now] > 0)
                 worn += WEAR * mean * abs(step.slip)
                 self.traction = step.traction
         return worn
@@ -103,8 +105,8 @@ def test_a_cycle_wears_what_coulombs_law_says_step_by_step():
     worn = reference.cycle(0.0)
     rate = WEAR * pulse.path[:, 0]
     assert state.geometry.integral(rate[:, None]) == near(worn.sum() * reference.width, rel=0.01)
-    at = np.interp(abs(reference.x), state.geometry.x, rate, right=0.0)
-    assert np.abs(at - worn).sum() < 0.015 * worn.sum()
+    rates = np.interp(abs(reference.x), state.geometry.x, rate, right=0.0)
+    assert np.abs(rates - worn).sum() < 0.015 * worn.sum()
     assert pulse.least_load == least * PER_LENGTH
     assert state.geometry.integral(pulse.least) == near(pulse.least_load, rel=2e-3)
 
@@ -119,16 +121,16 @@ def test_wear_over_many_cycles_is_that_of_small_explicit_steps():
     for _ in range(steps):
         wear = wear + reference.cycle(wear) * cycles / steps
     assert last.geometry.integral(last.wear) == near(wear.sum() * reference.width, rel=0.01)
-    at = np.interp(abs(reference.x), last.geometry.x, last.wear[:, 0], right=0.0)
-    assert np.abs(at - wear).sum() < 0.01 * wear.sum()
+    depth = np.interp(abs(reference.x), last.geometry.x, last.wear[:, 0], right=0.0)
+    assert np.abs(depth - wear).sum() < 0.01 * wear.sum()
 
 
 def test_a_load_that_hardly_pulsates_under_a_force_is_constant():
-    (*_, plain), (*_, other) = (
+    (*_, plain), (*_, pulsating) = (
         march(sphere(least, 0.4), (500.0,))
         for march, least in ((evolve, 1.0), (evolve_pulsating, 0.9999))
     )
-    usual, found = (Measures(sphere(1.0, 0.4), state) for state in (plain, other))
+    usual, found = (Measures(sphere(1.0, 0.4), state) for state in (plain, pulsating))
     for name in ("wear_volume", "maximum_wear_depth", "dissipated_energy", "approach"):
         assert getattr(found, name) == near(getattr(usual, name), rel=5e-3)
 
@@ -156,8 +158,8 @@ def test_the_stick_zone_the_loop_and_the_energy_of_a_sphere():
 
 
 def test_a_dataset_has_shear_of_the_amplitude_and_wear_of_a_cycle():
-    given = {"pulsating_load": 0.7, "tangential_ratio": 0.4, "cycles": 200}
-    case = steel(cell="6 um", error_estimate=False, **given)
+    keys = {"pulsating_load": 0.7, "tangential_ratio": 0.4, "cycles": 200}
+    case = steel(cell="6 um", error_estimate=False, **keys)
     ds = simulate(case)
     for last in (ds.isel(cycle=0), ds.isel(cycle=-1)):
         area = last.cell_x * last.cell_y

@@ -41,7 +41,7 @@ def unfolded(traction, even):
 
 def test_influence_is_the_integral_of_the_kernels_of_cerruti():
     spacing, cell = (0.1, 0.15), (3, 2)
-    at = cell[0] * spacing[0], cell[1] * spacing[1]
+    place = cell[0] * spacing[0], cell[1] * spacing[1]
     mixing = 2 * (COUPLING - 1)
     kernels = (
         lambda x, _, r: 1 / r + mixing * x**2 / r**3,
@@ -52,8 +52,8 @@ def test_influence_is_the_integral_of_the_kernels_of_cerruti():
     for kernel, field in zip(kernels, fields, strict=True):
         integral, _ = dblquad(
             lambda y, x, kernel=kernel: kernel(x, y, np.hypot(x, y)),
-            *(at[0] - spacing[0] / 2, at[0] + spacing[0] / 2),
-            *(at[1] - spacing[1] / 2, at[1] + spacing[1] / 2),
+            *(place[0] - spacing[0] / 2, place[0] + spacing[0] / 2),
+            *(place[1] - spacing[1] / 2, place[1] + spacing[1] / 2),
         )
         assert field[cell] == near(integral / (np.pi * MODULUS), rel=1e-9)
 

@@ -112,8 +112,8 @@ def hold_at_each_position(problem, state, displacement, slack):
         assert area * pressure.sum() == near(problem.hertz.load, rel=1e-9)
         gap = displacement(pressure, half) + problem.indenter.gap(half.x[:, None] - place, half.y)
         for row in range(ny):
-            at = half.x[:, None] + way - place
-            flat = np.interp(abs(at), half.x[nx:], state.wear_flat[:, row], right=0)
+            x = half.x[:, None] + way - place
+            flat = np.interp(abs(x), half.x[nx:], state.wear_flat[:, row], right=0)
             gap[:, row] += np.average(flat, axis=1, weights=shares)
             moved = abs(half.x - place)
             gap[:, row] += np.interp(moved, half.x[nx:], state.wear_indenter[:, row], right=0)
@@ -247,18 +247,18 @@ def test_a_short_stroke_is_a_fixed_contact():
     fixed = replace(problem, slip_model=Uniform())
     *_, expected = evolve(fixed, (cycles,), 0.003)
     plane = found.geometry
-    at = np.interp(plane.x, expected.geometry.x, expected.wear[:, 0], right=0)
-    assert found.wear[:, 0] == pytest.approx(at, abs=0.01 * at.max())
+    depth = np.interp(plane.x, expected.geometry.x, expected.wear[:, 0], right=0)
+    assert found.wear[:, 0] == pytest.approx(depth, abs=0.01 * depth.max())
     assert plane.integral(found.wear) == near(expected.geometry.integral(expected.wear), rel=1e-4)
 
 
 def test_a_sphere_slides_over_a_stroke():
     """Archard's volumes, equal shares of bodies alike and never a penetration."""
-    problem, other = rubbing(1.0), rubbing(1.0, (3e-14, 1e-14))
+    problem, unequal = rubbing(1.0), rubbing(1.0, (3e-14, 1e-14))
     assert 2 * positions(problem)[0].size - 1 >= 8
     cycles = 300.0
     *_, last = slide(problem, (cycles,))
-    *_, uneven = slide(other, (cycles,))
+    *_, uneven = slide(unequal, (cycles,))
     path = 4 * problem.loading.stroke * problem.hertz.load * cycles
     for state, shares in ((last, (1e-14, 1e-14)), (uneven, (3e-14, 1e-14))):
         for wear, share in zip((state.wear_indenter, state.wear_flat), shares, strict=True):
@@ -346,7 +346,7 @@ def test_rim_and_core_end_in_the_constant_laws():
 
 def test_a_distance_wears_a_block_on_a_ring_as_many_short_strokes_do():
     """Block of Cruzado et al. (2010): in the end a segment of the circle, of the area K P L."""
-    given = {
+    keys = {
         "indenter": {"kind": "cylinder", "radius": "20 mm"},
         "load": "10.8333 N/mm",
         "youngs_modulus": "210 GPa",
@@ -355,13 +355,13 @@ def test_a_distance_wears_a_block_on_a_ring_as_many_short_strokes_do():
         "wear_coefficient": [0, "2e-15 / Pa"],
         "cell": "6 um",
     }
-    case = Case(**given, sliding_distance="3600 m", output_cycles=[250])
+    case = Case(**keys, sliding_distance="3600 m", output_cycles=[250])
     assert case.cycles == 1000
-    strokes = Case(**given, sliding_amplitude="2 um", cycles=450_000_000)
+    strokes = Case(**keys, sliding_amplitude="2 um", cycles=450_000_000)
     states = {step.state.cycle: step.state for step in steps(case)}
-    *_, other = steps(strokes)
+    *_, short = steps(strokes)
     depth = states[1000].wear_flat[0, 0]
-    assert other.state.wear_flat[0, 0] == near(depth, rel=2e-3)
+    assert short.state.wear_flat[0, 0] == near(depth, rel=2e-3)
     # Finite elements: 43.707 µm after 3600 m.
     assert depth == near(43.707e-6, rel=0.01)
     for cycle in (250, 1000):
@@ -393,12 +393,12 @@ def test_waves_of_the_flat_are_worn_off_over_a_stroke():
 def test_a_stroke_below_a_twentieth_of_a_punch_is_not_small_beside_its_sharp_edge():
     """The peak of pressure at the edge is always on the same part of the indenter."""
     punch = {"kind": "flat_punch", "flat_half_width": "1 mm", "edge_radius": "2 mm"}
-    given = {
+    keys = {
         "indenter": punch, "load": "200 N/mm", "youngs_modulus": "208 GPa", "poisson_ratio": 0.3,
         "friction": 0.5, "cycles": 100, "cell": "6 um",
     }  # fmt: skip
     pair = {"wear_coefficient": ["1.5e-14 / Pa", "1.5e-14 / Pa"]}
-    case = Case(**given, **pair, sliding_amplitude="40 um")
+    case = Case(**keys, **pair, sliding_amplitude="40 um")
     assert case.indenter.edge(case.hertz) < case.loading.stroke < 0.05 * case.hertz_radius
     *_, last = slide(wear_problem(case), (100.0,))
     # What cells of 2.9 µm give; were the bodies not seen to move, each would lose 82.5 nm.
@@ -407,20 +407,20 @@ def test_a_stroke_below_a_twentieth_of_a_punch_is_not_small_beside_its_sharp_edg
     # If the share of each body is unknown, only a stroke that is small beside the edge can be run.
     both = {"wear_coefficient": "3e-14 / Pa"}
     with pytest.raises(CaseError, match=r"each wears in a different place"):
-        Case(**given, **both, sliding_amplitude="5 um")
-    assert positions(wear_problem(Case(**given, **both, sliding_amplitude="1 um")))[0] == [0.0]
+        Case(**keys, **both, sliding_amplitude="5 um")
+    assert positions(wear_problem(Case(**keys, **both, sliding_amplitude="1 um")))[0] == [0.0]
 
 
 def ended(kind, **changes):
     """A punch of half-width 2.1 mm whose flat ends at 2 mm."""
     flat = "flat_radius" if kind == "round_punch" else "flat_half_width"
     punch = {"kind": kind, flat: "2 mm", "edge_radius": "0.4 mm", "half_width": "2.1 mm"}
-    given = {
+    keys = {
         "indenter": punch, "load": "400 N/mm", "youngs_modulus": "210 GPa", "poisson_ratio": 0.3,
         "friction": 0.7, "wear_coefficient": ["1e-13 / Pa", "1e-13 / Pa"], "cycles": 20000,
         "error_estimate": False,
     }  # fmt: skip
-    return Case(**{**given, **changes})
+    return Case(**{**keys, **changes})
 
 
 def test_no_contact_becomes_wider_than_a_punch_that_ends():
@@ -443,11 +443,11 @@ def test_beyond_its_end_a_punch_has_neither_gap_nor_slip_over_a_stroke():
     assert case.grid_spacing[0] == 100e-6
     dataset = simulate(case)
     last = dataset.isel(cycle=-1)
-    beyond = abs(dataset.x) > 2.1e-3
-    assert np.isnan(last.gap[beyond]).all()
-    assert (last.slip[beyond] == 0.0).all()
-    assert np.isfinite(last.gap[~beyond]).all()
-    assert (last.pressure[beyond] == 0.0).all()
+    past_end = abs(dataset.x) > 2.1e-3
+    assert np.isnan(last.gap[past_end]).all()
+    assert (last.slip[past_end] == 0.0).all()
+    assert np.isfinite(last.gap[~past_end]).all()
+    assert (last.pressure[past_end] == 0.0).all()
     assert last.contact_half_width_x <= 2.1e-3 * (1.0 + 1e-9)
     # The flat wears where the punch comes, up to half a stroke beyond its end.
     # Its wear is interpolated between cells.
@@ -474,7 +474,7 @@ def test_a_load_in_phase_with_a_stroke_wears_as_in_explicit_small_steps(ball, ra
         cycles, steps_, places = 3000.0, 120, 24
     *_, last = slide(problem, (cycles,))
     window, modulus = last.geometry, problem.composite_modulus
-    x, y = (at.ravel() for at in np.meshgrid(window.x, window.y, indexing="ij"))
+    x, y = (axis.ravel() for axis in np.meshgrid(window.x, window.y, indexing="ij"))
     if ball:
         one, image = (
             oracles.love(x[:, None] - x, y[:, None] - side * y, problem.spacing, modulus)

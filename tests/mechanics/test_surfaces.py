@@ -145,8 +145,8 @@ def test_the_surface_is_the_same_at_every_cell_size_and_with_shorter_waves():
     np.testing.assert_allclose(SURFACE.height(x, y), height[:3, :2], atol=1e-12 * HEIGHT)
     x = np.linspace(-PERIOD / 2, PERIOD / 2, 320, endpoint=False)
     more = replace(SURFACE, shortest_wavelength=SHORTEST / 2)
-    height, other = (surface.height(x[:, None], x) for surface in (SURFACE, more))
-    kept = np.fft.fft2(other)
+    height, finer = (surface.height(x[:, None], x) for surface in (SURFACE, more))
+    kept = np.fft.fft2(finer)
     kept[wave_numbers(320) > 64.001] = 0.0
     same = np.fft.ifft2(kept).real
     np.testing.assert_allclose(same / same.std(), height / height.std(), atol=1e-9)
@@ -182,8 +182,8 @@ PUNCH_RADIUS = 150e-6
 
 
 def case(indenter, load=50.0, ratio=0.5, **changes):
-    given = {"radius": None, "indenter": indenter, "load": load, "tangential_ratio": ratio}
-    return steel(cycles=100, **given | changes)
+    keys = {"radius": None, "indenter": indenter, "load": load, "tangential_ratio": ratio}
+    return steel(cycles=100, **keys | changes)
 
 
 # Half-axes a along x and b: E*Aa/p₀, E*Ba/p₀ of the gap Ax² + By², E*δ/(p₀a), and κ at ν = 0.3 in
@@ -322,12 +322,12 @@ def test_a_round_punch_is_moved_and_pressed_by_displacements():
         way = 0.5 * case(indenter, load).coupling * (deep - moved)
         for pressed in (load, None):
             held = {} if pressed else {"indentation": deep}
-            given = case(indenter, pressed, None, displacement_amplitude=way, **held)
-            state = first_loading(wear_problem(given, Rings))
+            pushed = case(indenter, pressed, None, displacement_amplitude=way, **held)
+            state = first_loading(wear_problem(pushed, Rings))
             assert 1 - state.reduced.load / state.load == near(ratio, rel=1e-4)
-            assert given.tangential_ratio == near(ratio, rel=1e-4)
-    begins = 0.5 * given.coupling * deep
-    assert given.loading.transition(0.5, given.coupling, given.hertz) == near(begins, rel=1e-5)
+            assert pushed.tangential_ratio == near(ratio, rel=1e-4)
+    begins = 0.5 * pushed.coupling * deep
+    assert pushed.loading.transition(0.5, pushed.coupling, pushed.hertz) == near(begins, rel=1e-5)
 
 
 def punch(flat):

@@ -38,8 +38,8 @@ class Case:
     gap: Array
     approach: float
 
-    def move(self, force, before=None):
-        start = np.zeros_like(self.shape) if before is None else before
+    def move(self, force, initial=None):
+        start = np.zeros_like(self.shape) if initial is None else initial
         influence = COUPLING * normal_influence()
         return tangential_step(influence, FRICTION * self.pressure, start, CELL, force)
 
@@ -153,8 +153,8 @@ def test_a_cycle_is_a_fresh_loading_whatever_came_before(friction, cycles, growt
         energy = 4 * np.sum(bound * slip) * cell
         force = now.tangential_force(state.load, state.reduced)
 
-        def move(by, before, bound=bound):
-            return tangential_step(influence, bound, before, cell, displacement=by)
+        def move(shift, initial, bound=bound):
+            return tangential_step(influence, bound, initial, cell, displacement=shift)
 
         if last is None:
             last, traction = slip, move(amplitude, traction).traction

@@ -79,8 +79,8 @@ TENDENCIES = [
 
 
 def _result(contact, parameter, value, cycle, result):
-    given = {**contact, **_COARSE, parameter: value}
-    case = Case(**{name: one for name, one in given.items() if one is not None})
+    keys = {**contact, **_COARSE, parameter: value}
+    case = Case(**{name: one for name, one in keys.items() if one is not None})
     return float(computed(case).dataset[result][cycle])
 
 

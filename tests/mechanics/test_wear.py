@@ -76,8 +76,8 @@ def test_every_step_meets_the_conditions_of_contact_and_wears_on(runs, name):
     problem, states = runs[name]
     # In the time 1/(β p_lim) wear frees a cell at the limit: longer steps would miss its flow.
     freed = 1.0 / (problem.wear_growth * problem.slip_limit)
-    for before, after in pairwise(states):
-        assert after.cycle - before.cycle <= 1.2 * freed or not after.yielded
+    for earlier, later in pairwise(states):
+        assert later.cycle - earlier.cycle <= 1.2 * freed or not later.yielded
     for state in states:
         assert worst_violation(problem, state) <= 1e-5, state.cycle
         assert state.residual <= 1e-6
@@ -92,14 +92,14 @@ def test_every_step_meets_the_conditions_of_contact_and_wears_on(runs, name):
     moved = [state.on(Workspace(problem), states[-1].geometry) for state in states]
     for field in ("wear", "plastic"):
         depths = [getattr(state, field) for state in moved]
-        for before, after in pairwise(depths):
-            assert (after >= before).all()
+        for earlier, later in pairwise(depths):
+            assert (later >= earlier).all()
         assert not depths[0].any() or field == "plastic"
     assert depths[-1].any() == (name in CAPPED)
     # Wear makes surfaces conform; cells that have touched once touch for ever.
     if name in ELASTIC:
-        for before, after in pairwise([state.in_contact for state in moved]):
-            assert not (before & ~after).any()
+        for earlier, later in pairwise([state.in_contact for state in moved]):
+            assert not (earlier & ~later).any()
 
 
 @pytest.mark.parametrize("name", ELASTIC)
@@ -152,10 +152,10 @@ def test_a_growing_window_gives_what_a_large_one_gives(runs):
 
 def test_a_stop_does_not_slow_down_the_next_step(runs):
     problem, states = runs["smooth"]
-    before = states[len(states) // 2]
-    stop = before.cycle + 0.01 * before.next_step
-    (after,) = evolve(problem, [stop], start=before)
-    assert after.next_step >= before.next_step
+    earlier = states[len(states) // 2]
+    stop = earlier.cycle + 0.01 * earlier.next_step
+    (stopped,) = evolve(problem, [stop], start=earlier)
+    assert stopped.next_step >= earlier.next_step
 
 
 @pytest.mark.parametrize("even", [EVEN[0], EVEN[2]])
@@ -167,8 +167,8 @@ def test_a_larger_window_keeps_every_field_and_computes_the_gaps_outside(even):
     moved = state.on(Workspace(problem), window)
     inside = covered(window, state.geometry)
     for name in ("pressure", "gap", "wear", "plastic", "pressure_rate", "source_rate"):
-        field, before = getattr(moved, name), getattr(state, name)
-        np.testing.assert_array_equal(field[inside], before.ravel(), err_msg=name)
+        field, kept = getattr(moved, name), getattr(state, name)
+        np.testing.assert_array_equal(field[inside], kept.ravel(), err_msg=name)
         assert name == "gap" or not field[~inside].any()
     np.testing.assert_array_equal(moved.reduced.gap[inside], state.reduced.gap.ravel())
     np.testing.assert_array_equal(moved.reduced.pressure[inside], state.reduced.pressure.ravel())
@@ -297,7 +297,7 @@ class PoisonedSlip(Jaeger):
 
 def test_a_step_that_fails_is_halved_until_it_succeeds():
     plain = list(evolve(fretting(12), [2000]))
-    longest = max(after.cycle - before.cycle for before, after in pairwise(plain))
+    longest = max(later.cycle - earlier.cycle for earlier, later in pairwise(plain))
     rate = fretting(12).wear_growth * P0 * longest
     troubled = fretting(12, slip_model=TroubledSlip(longest=0.05 * rate))
     states = list(evolve(troubled, [2000]))
@@ -359,7 +359,7 @@ def test_only_dimensionless_groups_matter(factors, surface, limit, ratio):
         ROUGH.wavenumber_x * A / a,
         ROUGH.wavenumber_y * A / a,
     )
-    other = replace(
+    similar = replace(
         problem,
         indenter=Sphere(hertz.radius),
         roughness=waves,
@@ -371,8 +371,8 @@ def test_only_dimensionless_groups_matter(factors, surface, limit, ratio):
         spacing=(a / 8, a / 8),
         extent=(1.15 * a, 1.15 * a),
     )
-    cycles = 400.0 * problem.wear_growth * P0 / (other.wear_growth * p0)
-    one, two = final(problem), final(other, cycles)
+    cycles = 400.0 * problem.wear_growth * P0 / (similar.wear_growth * p0)
+    one, two = final(problem), final(similar, cycles)
     assert one.step == two.step
     # The same numbers up to rounding, as long as it flips no decision of the contact solver;
     # where it does, contacts are equal to their tolerance of 1e-6.
@@ -402,13 +402,13 @@ def test_turning_roughness_and_grid_turns_the_fields(even):
     spacing = (A / 10, A / 14)
     surface = uneven(ROUGH, even)
     turned = Waves(ROUGH.amplitude, ROUGH.wavenumber_y, ROUGH.wavenumber_x, even[::-1])
-    one, other = (
+    one, two = (
         final(fretting(roughness=waves, limit=1.4, spacing=cell), accuracy=CONVERGED)
         for waves, cell in ((surface, spacing), (turned, spacing[::-1]))
     )
-    assert one.pressure.shape == other.pressure.shape[::-1]
-    np.testing.assert_allclose(one.pressure, other.pressure.T, atol=1e-9 * P0)
-    np.testing.assert_allclose(one.wear, other.wear.T, atol=1e-9 * HERTZ.approach)
+    assert one.pressure.shape == two.pressure.shape[::-1]
+    np.testing.assert_allclose(one.pressure, two.pressure.T, atol=1e-9 * P0)
+    np.testing.assert_allclose(one.wear, two.wear.T, atol=1e-9 * HERTZ.approach)
     # The waves are not alike along x and y, so something was turned.
     assert not np.allclose(one.wear[:9, :9], one.wear[:9, :9].T, atol=1e-3 * HERTZ.approach)
 

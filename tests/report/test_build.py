@@ -82,11 +82,11 @@ def test_the_matrix_and_answer_have_the_factors_of_the_table_of_effects(page, fi
     assert all(list(claim) == KEYS for claim in claims)
     assert {claim["to"] for claim in claims if claim["parameter"] == "plastic_limit"} == {"none"}
     row = table[(table["result"] == "wear_volume") & (table["parameter"] == "friction")].iloc[0]
-    before, after = (
+    low, high = (
         final_results(finished.summary.sel(friction=friction))["wear_volume"]
         for friction in (0.2, 0.4)
     )
-    factors = (after / before)[np.isfinite(after / before)]
+    factors = (high / low)[np.isfinite(high / low)]
     assert row["pairs"] == factors.size
     assert (row["lowest_factor"], row["highest_factor"]) == (
         near(factors.min()),

@@ -29,13 +29,13 @@ SNAPSHOTS = [0, 10, 300, 3000]
 
 
 def make(**changes):
-    given = {"cycles": 3000, "output_cycles": SNAPSHOTS, "accuracy": 0.02, "cell": None}
-    return make_case(**given | changes)
+    keys = {"cycles": 3000, "output_cycles": SNAPSHOTS, "accuracy": 0.02, "cell": None}
+    return make_case(**keys | changes)
 
 
-def finished(width, order=1.0, at=1.0, growth=3.0):
+def finished(width, order=1.0, size=1.0, growth=3.0):
     """A run whose errors grow with a power of the width of cells, and work with its inverse."""
-    error = at * width**order
+    error = size * width**order
     rows = [dict.fromkeys(ASKED, value + 1e-3 * error) for value in (1.0, 3.0)]
     errors = {name: np.array([0.5 * error, error]) for name in ASKED}
     return GridRun(width, rows, errors, width**-growth)
@@ -77,7 +77,7 @@ def test_the_id_says_what_was_asked_for_and_the_dataset_what_came_out(smooth):
 
 def test_a_written_cell_and_a_written_tolerance_stay_whatever_the_accuracy():
     written = make(cell=["2 um", "2 um"], accuracy=0.001)
-    runs = [finished(1.0, at=0.002)]
+    runs = [finished(1.0, size=0.002)]
     assert next_width(written, []) == 1.0
     assert next_width(written, runs) is None
     assert unreached(written, runs).remedy == "set a narrower `cell`, or none"
@@ -91,13 +91,13 @@ def test_a_written_cell_and_a_written_tolerance_stay_whatever_the_accuracy():
 
 @pytest.mark.slow
 def test_both_remedies_of_a_written_cell_reach_the_accuracy():
-    given = make(output_cycles=[0, 100, 300], cycles=300, slip_model="jaeger", accuracy=0.0033)
-    wide, told = given.replace(cell="8 um", accuracy=0.0033), []
+    narrow = make(output_cycles=[0, 100, 300], cycles=300, slip_model="jaeger", accuracy=0.0033)
+    wide, told = narrow.replace(cell="8 um", accuracy=0.0033), []
     ds = run(wide, warn=told.append).dataset
     assert told == [ds.attrs["warnings"]]
     assert "less accurately than the 0.33 % asked for" in told[0]
     assert ds.fretwear.case.accuracy == wide.accuracy
-    for remedied in (wide.replace(cell="1 um", accuracy=0.0033), given):
+    for remedied in (wide.replace(cell="1 um", accuracy=0.0033), narrow):
         assert not run(remedied).dataset.attrs["warnings"]
 
 
@@ -106,16 +106,16 @@ def test_cells_become_narrower_by_what_errors_that_fall_with_the_width_need():
     assert (next_width(case, []), next_width(smooth, [])) == (1.4, 2.0)
     first = GridRun(1.4, finished(1.4).rows, {}, 0.36)
     assert next_width(case, [first]) == 1.0
-    assert next_width(smooth, [finished(2.0, at=0.005)]) is None
-    assert next_width(smooth, [finished(2.0, at=0.04)]) == 1.0
-    assert next_width(case, [first, finished(1.0, at=0.02)]) is None
-    last = finished(1.0, at=0.025)
+    assert next_width(smooth, [finished(2.0, size=0.005)]) is None
+    assert next_width(smooth, [finished(2.0, size=0.04)]) == 1.0
+    assert next_width(case, [first, finished(1.0, size=0.02)]) is None
+    last = finished(1.0, size=0.025)
     assert next_width(case, [first, last]) == near(0.64)
-    assert next_width(case, [first, finished(1.0, at=0.021)]) == near(1.0 / 1.4)
+    assert next_width(case, [first, finished(1.0, size=0.021)]) == near(1.0 / 1.4)
     growth = np.log(1 / 0.36) / np.log(1.4) + 0.5
     # A budget that errors exceed is used up, if cells can become enough narrower.
-    assert next_width(case, [first, finished(1.0, at=0.2)]) == near(8.64 ** (-1 / growth))
-    third = finished(0.5, at=0.05)
+    assert next_width(case, [first, finished(1.0, size=0.2)]) == near(8.64 ** (-1 / growth))
+    third = finished(0.5, size=0.05)
     assert next_width(case, [first, last, third]) is None
     assert next_width(case.replace(budget=100), [first, last, third]) == near(0.5 * 0.64)
 
@@ -124,7 +124,7 @@ def test_cells_become_narrower_by_what_errors_that_fall_with_the_width_need():
 def test_all_runs_of_a_case_together_keep_the_budget_by_the_work_counted_so_far(growth):
     """Even where work grows by a power larger by 0.5 from the second run to the third."""
     needed = 0.5 ** -(growth + 0.5) + 1.0 + 1.4**-growth
-    runs = [finished(width, at=0.032, growth=growth) for width in (1.4, 1.0)]
+    runs = [finished(width, size=0.032, growth=growth) for width in (1.4, 1.0)]
     assert next_width(make(roughness=WAVES, budget=1.001 * needed), runs) == near(0.5)
     width = next_width(make(roughness=WAVES, budget=0.9 * needed), runs)
     assert width ** -(growth + 0.5) + 1.0 + 1.4**-growth == near(0.9 * needed)
@@ -132,7 +132,7 @@ def test_all_runs_of_a_case_together_keep_the_budget_by_the_work_counted_so_far(
 
 
 def test_a_missed_accuracy_names_results_and_a_remedy_that_allows_narrower_cells(monkeypatch):
-    runs = [finished(width, at=0.025) for width in (1.4, 1.0)]
+    runs = [finished(width, size=0.025) for width in (1.4, 1.0)]
     for narrowest, remedy in ((0.0, "raise `budget`"), (1.0, "set a narrower `cell`")):
         monkeypatch.setattr(accuracy, "affordable_width", lambda _, width=narrowest: width)
         found = unreached(make(roughness=WAVES, budget=1.0), runs)
@@ -168,21 +168,21 @@ def test_a_rough_contact_that_cannot_reach_its_accuracy_says_what_it_has_reached
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("at", [(0, 2), (1, 2)])
-def test_a_run_killed_in_any_round_resumes_to_the_same_bits(tmp_path, at):
+@pytest.mark.parametrize("rounds", [(0, 2), (1, 2)])
+def test_a_run_killed_in_any_round_resumes_to_the_same_bits(tmp_path, rounds):
     case = make(roughness=WAVES, accuracy=0.05, budget=1.0, cycles=10, output_cycles=[3])
     whole = run(case).dataset
     path, told = tmp_path / "case.checkpoint", []
 
     def kill(_):
         record = checkpoint.record
-        if (len(record.rounds), len(record.history)) == at:
+        if (len(record.rounds), len(record.history)) == rounds:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt), Checkpoint(path, case, told.append) as checkpoint:
         run(case, [checkpoint, kill], record=checkpoint.record)
     kept = Checkpoint(path, case, told.append).record
-    assert (len(kept.rounds), len(kept.history)) == at
+    assert (len(kept.rounds), len(kept.history)) == rounds
     assert isinstance(kept.last, State)
     resumed = run(case, record=kept).dataset
     for name in ("wear_depth", "wear_volume", "wear_volume_error", "stick_area_error"):

@@ -43,9 +43,9 @@ def written(bench):
 def test_finished_cases_stay_until_their_snapshots_change(bench):
     first, *_ = load_study("tiny.yaml").cases()
     bench.run("--case", first)
-    before = written(bench)
+    files = written(bench)
     bench.run()
-    assert before.items() < written(bench).items()
+    assert files.items() < written(bench).items()
     assert len(bench.cases()) == 3
     alone = bench.folder / "alone.nc"
     bench.call("run", "tiny.yaml", "--case", first, "-o", alone)
@@ -74,12 +74,12 @@ def test_a_folder_counts_the_cases_of_the_whole_study_that_are_done(bench, monke
 
 def test_cases_of_other_code_are_computed_again_or_kept_on_request(bench, monkeypatch):
     bench.run()
-    before = written(bench)
+    files = written(bench)
     monkeypatch.setattr(case_files, "case_digest", lambda _: "newer")
     bench.run("--keep-older")
-    assert written(bench) == before
+    assert written(bench) == files
     bench.run()
-    assert not before.items() & written(bench).items()
+    assert not files.items() & written(bench).items()
 
 
 def test_a_failed_case_stops_no_other_and_says_why_until_it_has_a_result(bench):

@@ -25,14 +25,14 @@ NAMES = ("wear_volume", "plastic_volume", "stick_area", "contact_area", "dissipa
 
 def pressed(kind, **changes):
     is_line = kind in ("cylinder", "flat_punch")
-    given = {"radius": None, "indenter": {"kind": kind, **INDENTERS[kind]}, "cycles": 30}
-    given["load"] = "50 N/mm" if is_line else "50 N"
+    keys = {"radius": None, "indenter": {"kind": kind, **INDENTERS[kind]}, "cycles": 30}
+    keys["load"] = "50 N/mm" if is_line else "50 N"
     # On rings, whether or not the bodies yield.
-    given["slip_model"] = "jaeger"
+    keys["slip_model"] = "jaeger"
     if changes.pop("is_rough", False):
-        given["roughness"] = SHORT | ({"slope_y": "0 deg"} if is_line else {})
-        given["cell"] = "3.5 um"
-    return steel(**given | changes)
+        keys["roughness"] = SHORT | ({"slope_y": "0 deg"} if is_line else {})
+        keys["cell"] = "3.5 um"
+    return steel(**keys | changes)
 
 
 def results(step):
@@ -86,14 +86,14 @@ def test_a_limit_that_is_not_reached_changes_nothing(kind, parts, rtol):
 def test_the_edge_of_stick_recedes_evenly_the_less_the_higher_the_limit_and_it_is_told_if_unseen():
     """A narrow band that yields at the singular peak costs stick area in inverse proportion."""
     case = pressed("sphere", cycles=3000)
-    stick, at = worn(case)[NAMES.index("stick_area")], NAMES.index("stick_area")
+    stick, number = worn(case)[NAMES.index("stick_area")], NAMES.index("stick_area")
     lost = [
-        part * (1.0 - worn(case.replace(plastic_limit=part * case.hertz_pressure))[at] / stick)
+        part * (1.0 - worn(case.replace(plastic_limit=part * case.hertz_pressure))[number] / stick)
         for part in (6.0, 12.0, 24.0)
     ]
     assert lost[0] > lost[1] > lost[2] > 0.75 * lost[0]
     unseen = case.replace(plastic_limit=45.0 * case.hertz_pressure)
-    assert worn(unseen)[at] == near(stick, rel=1e-3)
+    assert worn(unseen)[number] == near(stick, rel=1e-3)
     assert any("narrower than a cell" in each.what for each in case_warnings(unseen))
 
 

@@ -178,11 +178,11 @@ def test_the_loop_of_the_simple_slip_model_is_that_of_the_unworn_contact(smooth)
 @pytest.mark.parametrize("changes", [{}, {"plastic_limit": "500 MPa", "cycles": 1}])
 def test_a_tangential_load_that_becomes_too_much_ends_the_run_with_a_remedy(changes):
     # At a held approach the normal force falls, as bodies wear or yield, until Q is µP.
-    given = {"load": None, "indentation": "2.2 um", "cycles": 1000, "error_estimate": False}
-    case = steel(**{**given, "tangential_load": "24 N", **changes})
+    keys = {"load": None, "indentation": "2.2 um", "cycles": 1000, "error_estimate": False}
+    case = steel(**{**keys, "tangential_load": "24 N", **changes})
     with pytest.raises((ContactError, WearError), match=r"µP has fallen.*give tangential_ratio"):
         run(case)
-    history = run(steel(**{**given, "tangential_ratio": 0.8, **changes})).history
+    history = run(steel(**{**keys, "tangential_ratio": 0.8, **changes})).history
     assert (np.diff(history.normal_force) < 0.0).all()
     np.testing.assert_allclose(history.tangential_force, 0.4 * history.normal_force, rtol=1e-9)
 

@@ -60,9 +60,9 @@ def test_products_and_transforms_are_shaken_by_a_few_units_of_their_precision(tm
     )
     assert again == first
     for kind, *numbers in zip((float, np.float32), plain, first, second, strict=True):
-        unshaken, one, other = map(np.array, numbers)
-        assert not np.array_equal(one, other)
-        for each in (one, other):
+        unshaken, one, two = map(np.array, numbers)
+        assert not np.array_equal(one, two)
+        for each in (one, two):
             assert (each != unshaken).sum() > 1
             # The second transform takes shaken numbers: their sizes sum up.
             most = ULPS * np.finfo(kind).eps * 12 * np.abs(unshaken).max()

@@ -131,15 +131,15 @@ def test_scalars_are_the_integrals_and_extremes_of_the_fields(datasets, name):
 @pytest.mark.parametrize("kind", ["sphere", "cylinder"])
 def test_shear_never_exceeds_what_the_pressure_bears_about_the_onset_of_gross_slip(kind, beside):
     """Zones of slip and of stick are narrower there than the cells on which fields are written."""
-    given = {"radius": None, "indenter": {"kind": kind, "radius": "10 mm"}, "load": "50 N"}
+    keys = {"radius": None, "indenter": {"kind": kind, "radius": "10 mm"}, "load": "50 N"}
     if kind == "cylinder":
-        given |= {"load": "50 N/mm", "tangential_compliance": "0.1 um/(N/mm)"}
+        keys |= {"load": "50 N/mm", "tangential_compliance": "0.1 um/(N/mm)"}
     case = make_case(
-        **given, tangential_ratio=None, displacement_ratio=1.0 + beside, cycles=389, cell=None
+        **keys, tangential_ratio=None, displacement_ratio=1.0 + beside, cycles=389, cell=None
     )
     ds = simulate(case.replace(error_estimate=False, output_cycles=[38, 194]), quarter=True)
-    beyond = np.abs(ds.shear_traction.values) - case.friction * ds.pressure.values
-    assert beyond.max() <= 1e-6 * case.hertz_pressure
+    excess = np.abs(ds.shear_traction.values) - case.friction * ds.pressure.values
+    assert excess.max() <= 1e-6 * case.hertz_pressure
     if kind == "cylinder":
         carried = 2 * float(ds.cell_x) * ds.shear_traction.astype(float).sum("x")
         # The written row ends at the last whole cell within the strips.
@@ -230,11 +230,11 @@ def test_materials_matter_through_their_composite_modulus_and_coupling_alone():
     equal = {"poisson_ratio": poisson, "youngs_modulus": modulus}
     results = [simulate(make(**changes, **jaeger)) for changes in (pair, swapped, equal)]
     assert make(**equal).composite_modulus == near(first.composite_modulus, rel=1e-14)
-    for other in results[1:]:
+    for result in results[1:]:
         for key, values in results[0].data_vars.items():
             # Rounding of E* and κ, as long as it flips no decision of the contact solver.
             scale = float(np.abs(values).max())
-            np.testing.assert_allclose(other[key], values, atol=1e-6 * scale, err_msg=key)
+            np.testing.assert_allclose(result[key], values, atol=1e-6 * scale, err_msg=key)
     hertz = HertzContact(first.radius, first.load, first.composite_modulus)
     theory = PartialSlip(hertz, first.friction, first.tangential_load, first.coupling)
     moved = float(results[0].tangential_displacement[0])
@@ -380,9 +380,9 @@ def test_late_wear_at_the_edge_of_stick_is_within_its_error():
 
 @pytest.mark.slow
 def test_smooth_results_are_within_errors_that_are_small_at_first_loading():
-    at = (10, 100, 1000, 3000)
-    given = {"cell": None, "accuracy": "none", "output_cycles": at, "slip_model": "jaeger"}
-    case = make_case(load="40 N", friction=0.6, cycles=6000, **given)
+    snapshots = (10, 100, 1000, 3000)
+    keys = {"cell": None, "accuracy": "none", "output_cycles": snapshots, "slip_model": "jaeger"}
+    case = make_case(load="40 N", friction=0.6, cycles=6000, **keys)
     dataset = run(case).dataset
     finer = run(case.replace(tolerance=0.1 * case.tolerance, error_estimate=False)).dataset
     for name in ("approach", "wear_volume", "dissipated_energy", "stick_area"):
@@ -426,7 +426,7 @@ def test_errors_hold_what_friction_along_x_leaves_out(ratio):
 
 
 @pytest.mark.parametrize(
-    ("given", "remedy"),
+    ("value", "remedy"),
     [
         ("x.yaml", "load_study('x.yaml').cases()"),
         (None, "load_study(file).cases()"),
@@ -434,9 +434,9 @@ def test_errors_hold_what_friction_along_x_leaves_out(ratio):
         (["x"], "simulate(case) for case in cases"),
     ],
 )
-def test_what_is_no_case_is_refused_with_what_makes_one(given, remedy):
+def test_what_is_no_case_is_refused_with_what_makes_one(value, remedy):
     with pytest.raises(TypeError) as caught:
-        simulate(given)
+        simulate(value)
     assert remedy in str(caught.value)
 
 

@@ -159,10 +159,10 @@ def test_a_job_is_another_one_when_its_cases_snapshots_or_code_change(jobs, monk
     assert not {*names} & {*jobs(output={"cycles": [0, 30]}).jobs}
     assert jobs().content != jobs(title="Two loads").content
     kept = StudyJobs(jobs().plan, keep_older=True)
-    before = list(kept.jobs)
+    names_kept = list(kept.jobs)
     monkeypatch.setattr(workflow, "case_digest", lambda _: "newer")
     assert not {*names} & {*jobs().jobs}
-    assert list(StudyJobs(jobs().plan, keep_older=True).jobs) == before
+    assert list(StudyJobs(jobs().plan, keep_older=True).jobs) == names_kept
 
 
 @pytest.mark.slow
@@ -194,8 +194,8 @@ def locked(tmp_path):
 
     def by(node=None, pid=None, age=0.0):
         here, this, created = json.loads(mark.read_text())
-        given = [node or here, pid or this, created - age]
-        mark.write_text(json.dumps(given))
+        content = [node or here, pid or this, created - age]
+        mark.write_text(json.dumps(content))
         release_locks(tmp_path)
         return lock.exists()
 

@@ -44,10 +44,10 @@ def with_radii(summary, *radii):
 
 
 def test_other_parameters_make_another_study_and_cases_not_done_none(merged, tmp_path):
-    other = merged.summary.assign_coords(friction=merged.summary["friction"] * 1.01)
-    assert not [*reference_cases(other, merged.folder)]
-    other = merged.summary.assign_coords(youngs_modulus="208 GPa, 70 GPa")
-    assert not [*reference_cases(other, merged.folder)]
+    changed = merged.summary.assign_coords(friction=merged.summary["friction"] * 1.01)
+    assert not [*reference_cases(changed, merged.folder)]
+    changed = merged.summary.assign_coords(youngs_modulus="208 GPa, 70 GPa")
+    assert not [*reference_cases(changed, merged.folder)]
     assert not [*reference_cases(xr.Dataset(), tmp_path)]
     status = merged.summary["status"].copy()
     status[dict.fromkeys(status.dims, 0)] = 1

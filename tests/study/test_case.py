@@ -23,9 +23,9 @@ WAVY = {name: value for name, value in WAVES.items() if name != "kind"}
 
 
 def test_text_with_units_and_si_numbers_make_the_same_case():
-    given = {"radius": 0.01, "youngs_modulus": 208e9, "poisson_ratio": 0.3, "load": 50}
-    given |= {"tangential_load": np.float32(20.0), "friction": np.float64(0.5)}
-    numbers = Case(**given, wear_coefficient=7e-13, cycles=np.int64(30000))
+    keys = {"radius": 0.01, "youngs_modulus": 208e9, "poisson_ratio": 0.3, "load": 50}
+    keys |= {"tangential_load": np.float32(20.0), "friction": np.float64(0.5)}
+    numbers = Case(**keys, wear_coefficient=7e-13, cycles=np.int64(30000))
     assert numbers == steel(tangential_load="20 N", cycles=30000, output_cycles=None)
     assert (type(numbers.load), type(numbers.cycles)) == (float, int)
     with pytest.raises(FrozenInstanceError):

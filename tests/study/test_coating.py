@@ -64,7 +64,7 @@ SLIDES = {"tangential_ratio": None, "sliding_amplitude": "20 um"}
 
 
 @pytest.mark.parametrize(
-    ("coating", "given", "key", "rule"),
+    ("coating", "changes", "key", "rule"),
     [
         (HARD, {"slip_model": "coupled"}, "", "slip_model: coupled"),
         (HARD, {"slip_model": "cattaneo_mindlin"}, "", "slip_model: cattaneo_mindlin"),
@@ -78,16 +78,16 @@ SLIDES = {"tangential_ratio": None, "sliding_amplitude": "20 um"}
         ({**HARD, "plastic_limit": "1 MPa"}, {}, "plastic_limit", "low"),
     ],
 )
-def test_what_a_coating_excludes_is_refused(coating, given, key, rule):
+def test_what_a_coating_excludes_is_refused(coating, changes, key, rule):
     """By itself each is fine."""
     with pytest.raises(CaseError) as refused:
-        steel(coating=coating, **given)
+        steel(coating=coating, **changes)
     (mistake,) = refused.value.mistakes
     assert key is None or mistake.key == f"coating.{key}".rstrip(".")
     assert rule in mistake.rule
-    steel(**given)
+    steel(**changes)
     if coating is not HARD:
-        steel(coating=HARD, **given)
+        steel(coating=HARD, **changes)
 
 
 def coated_study(tmp_path, varied):

@@ -48,9 +48,9 @@ def test_contact_reaches_out_with_wear_plastic_flow_and_roughness():
     assert estimate(held).steps < 0.2 * estimate(yielding).steps
 
 
-@pytest.mark.parametrize("given", [{}, {"plastic_limit": "4500 MPa"}, LINE], ids=str)
-def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_does_not(given):
-    case = steel(**given)
+@pytest.mark.parametrize("keys", [{}, {"plastic_limit": "4500 MPa"}, LINE], ids=str)
+def test_a_finer_cell_narrows_rings_and_strips_in_proportion_and_a_wider_one_does_not(keys):
+    case = steel(**keys)
     counts = []
     for part in (1.0, 0.5, 3.0):
         each = case.replace(cell=[part * width for width in case.grid_spacing])

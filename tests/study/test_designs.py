@@ -38,8 +38,8 @@ def test_samples_spread_evenly_and_their_seed_decides_them(studies, content):
     assert sorted(listed) == [100] * 16 + [200] * 16
     # To six digits, so that no id depends on the last bit of a logarithm.
     assert all(value == float(f"{value:.6g}") for value in (*friction, *load, *x))
-    one, same, other = (drawn(9, seed, friction=quarter) for seed in (1, 1, 2))
-    assert one == same != other
+    one, same, two = (drawn(9, seed, friction=quarter) for seed in (1, 1, 2))
+    assert one == same != two
 
 
 def sampled(content, kind="sobol", points=16):
@@ -83,7 +83,7 @@ def test_a_set_value_replaces_base_and_ends_the_variation(studies, content):
 def test_a_set_key_drops_those_it_stands_for_and_no_others(content):
     del content["base"]["tangential_ratio"]
     content["base"] |= {"displacement_amplitude": "1 um", "rig_stiffness": "28 N/um"}
-    before = repr(content)
+    written = repr(content)
     for assignment, gone in {
         "displacement_amplitude=2 um": [],
         "displacement_ratio=0.5": ["displacement_amplitude"],
@@ -97,7 +97,7 @@ def test_a_set_key_drops_those_it_stands_for_and_no_others(content):
         assert not mistakes
         assert content["base"].keys() - changed["base"].keys() == {*gone}, assignment
         assert changed["vary"] == content["vary"]
-        assert repr(content) == before, "the content given stays as it is"
+        assert repr(content) == written, "the content given stays as it is"
 
 
 def test_a_wrong_assignment_is_refused_in_its_own_words(studies, content):

@@ -19,12 +19,12 @@ def test_the_id_of_a_case_says_its_main_parameters_and_stays_what_it_is():
 
 
 def test_the_same_case_said_otherwise_has_the_same_id():
-    other = {"radius": "1 cm", "youngs_modulus": 208e9, "load": "0.05 kN"}
-    other |= {"wear_coefficient": "7e-13 m^2/N", "plastic_limit": "4.5 GPa"}
+    keys = {"radius": "1 cm", "youngs_modulus": 208e9, "load": "0.05 kN"}
+    keys |= {"wear_coefficient": "7e-13 m^2/N", "plastic_limit": "4.5 GPa"}
     waves = {"slope_x": math.radians(5.7), "slope_y": f"{math.radians(1.0)} rad"}
-    other |= {"roughness": {"amplitude": "200 nm", **waves}, "cell": [5e-7, "0.002 mm"]}
-    assert study_case(**other).case_id == study_case(output_cycles=[10, 100]).case_id
-    assert study_case(**other).case_id == study_case().case_id
+    keys |= {"roughness": {"amplitude": "200 nm", **waves}, "cell": [5e-7, "0.002 mm"]}
+    assert study_case(**keys).case_id == study_case(output_cycles=[10, 100]).case_id
+    assert study_case(**keys).case_id == study_case().case_id
     # 0.8·0.5·50 is not 20 to the last bit in every order of multiplication.
     for load in (20, 30, 50, 70):
         by_ratio = study_case(load=load, tangential_load=None, tangential_ratio=0.7)
@@ -45,8 +45,8 @@ def test_the_same_case_said_otherwise_has_the_same_id():
     st.one_of(st.just(math.inf), st.floats(1e8, 1e12)),
 )
 def test_ids_are_safe_in_paths_and_shells(load, friction, ratio, limit):
-    given = {"load": load, "friction": friction, "tangential_ratio": ratio}
-    case = study_case(**given, tangential_load=None, plastic_limit=limit, cell=None)
+    keys = {"load": load, "friction": friction, "tangential_ratio": ratio}
+    case = study_case(**keys, tangential_load=None, plastic_limit=limit, cell=None)
     assert re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_.-]{1,100}", case.case_id)
 
 

@@ -68,9 +68,9 @@ def test_a_study_file_names_its_material(studies, content):
 def test_published_coefficients_are_values_that_a_study_file_takes():
     for row in read_table("coefficients"):
         name = {"Archard": "wear_coefficient", "energy": "energy_wear_coefficient"}[row["law"]]
-        about = case_keys()[name].parameter
+        quantity = case_keys()[name].parameter
         try:
-            about.read(yaml.safe_load(row["coefficient"]), True)
+            quantity.read(yaml.safe_load(row["coefficient"]), True)
         except QuantityError as error:
             pytest.fail(f"{row['pair']}: {error}")
         assert row["source"].split()[-1].isdigit()

@@ -204,11 +204,11 @@ def test_every_coordinate_has_words_and_a_symbol():
     for case in examples():
         for name, (value, units, words) in case.scalar_coordinates().items():
             value = in_unit(value, units)
-            about = parameter(name).in_frame_of(value)
+            quantity = parameter(name).in_frame_of(value)
             # A strip has a half-width where a disc has a radius.
             extent = f"contact {case.frame.extent}"
-            assert about.words.replace("contact radius", extent) == words, name
-            assert about.si_unit == (units or "1"), name
+            assert quantity.words.replace("contact radius", extent) == words, name
+            assert quantity.si_unit == (units or "1"), name
             assert symbol_text(name, value)
 
 

@@ -233,10 +233,10 @@ def test_cylinders_and_punches_with_rounded_edges_deform_into_their_gap(contact,
     pressure = contact.pressure(middle) * np.diff(x)
     assert pressure.sum() == pytest.approx(contact.load, rel=1e-6)
     flat = getattr(contact, "flat_half_width", 0.0)
-    for at in (0.0, 0.5 * flat, 0.4, 1.3):
-        moved = -2.0 / math.pi * float(pressure @ np.log(np.abs(at - middle) / contact.reference))
-        gap = moved + max(at - flat, 0.0) ** 2 / 2.0 - contact.approach
-        assert gap == pytest.approx(float(contact.gap(at)), abs=2e-5)
+    for spot in (0.0, 0.5 * flat, 0.4, 1.3):
+        moved = -2.0 / math.pi * float(pressure @ np.log(np.abs(spot - middle) / contact.reference))
+        gap = moved + max(spot - flat, 0.0) ** 2 / 2.0 - contact.approach
+        assert gap == pytest.approx(float(contact.gap(spot)), abs=2e-5)
     loads = (0.999 * contact.load, 1.001 * contact.load)
     low, high = (contact.with_load(load).approach for load in loads)
     assert (high - low) / (loads[1] - loads[0]) == pytest.approx(contact.compliance, rel=1e-5)
