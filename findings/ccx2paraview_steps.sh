@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # ccx2paraview 3.2.0 (vtk 9.7.2): files of one step hold results of another. All steps fill the same grid: a field
 # of an early step stays in the files of all later ones, although CalculiX did not write it there, and a
-# file is written by a thread while the next step is already filled in, so that with a small mesh many
-# files show the displacements of the next step, other ones in each run. No warning tells.
+# file is written by a thread while the next step is already filled in, so that files of a small mesh may
+# show the displacements of the next step, depending on the load of the machine (printed here, not checked).
 # `E_Mises`, the "von Mises equivalent strain", is that of stress applied to strain, without the factor 2/3.
 #
 # Seen of 40 steps, reaction force in the first alone, displacement = number of the step: RF of step 1 in the
-# file of step 2; displacement of the next step in most files; of a plastic strain (0.01, -0.005, -0.005)
-# E_Mises 0.015 instead of 0.01.
+# file of step 2; displacement of the next step in most files or in none; of a plastic strain (0.01, -0.005,
+# -0.005) E_Mises 0.015 instead of 0.01.
 set -euo pipefail
 folder="$(mktemp -d)"
 trap 'rm -rf "$folder"' EXIT
@@ -62,7 +62,6 @@ print("reaction force in the file of step 2:", files[1]["RF"][0])
 print("E:", files[0]["E"][0], "E_Mises:", files[0]["E_Mises"][0])
 assert moved[-1] == STEPS
 assert np.isin(moved - np.arange(1, STEPS + 1), (0, 1)).all()
-assert (moved != np.arange(1, STEPS + 1)).any()
 assert files[1]["RF"][0, 0] == 7.0
 assert np.isclose(files[0]["E_Mises"][0], 1.5 * 0.01)
 PYTHON
