@@ -411,7 +411,7 @@ def test_cases_of_one_code_share_the_headers_of_one_and_their_units_are_those_of
         opened.append(path)
         return reading(path)
 
-    monkeypatch.setattr("fretwear.data.files.reading", read_by_the_library)
+    monkeypatch.setattr("fretwear.data.arrays.reading", read_by_the_library)
     merge_study(study, cases, tmp_path / "summary.nc")
     assert len(opened) == 1
     first, second, *_ = (cases / f"{name}.nc" for name in study.cases())
