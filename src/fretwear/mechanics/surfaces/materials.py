@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Annotated, Literal
 
 import numpy as np
@@ -15,8 +15,8 @@ from fretwear.mechanics.values import OverCycles
 from fretwear.quantity import MATERIALS, Part, Quantity, pair
 from fretwear.theory import composite_modulus, coupling_ratio
 
-# Coefficient of friction that no pair reaches short of seizure, clean metals in vacuum included.
-GREATEST_FRICTION = 10.0
+# Positive, and at most what no pair reaches short of seizure, clean metals in vacuum included.
+_COEFFICIENT = partial(Quantity, "1", gt=0.0, le=10.0)
 
 
 class Bodies(Part):
@@ -135,25 +135,11 @@ class OverEnergy(Part):
 
     start: Annotated[
         float,
-        Quantity(
-            "1",
-            "$µ_0$",
-            "coefficient of friction before slip",
-            like="0.2",
-            gt=0.0,
-            le=GREATEST_FRICTION,
-        ),
+        _COEFFICIENT("$µ_0$", "coefficient of friction before slip", like="0.2"),
     ]
     end: Annotated[
         float,
-        Quantity(
-            "1",
-            "$µ_1$",
-            "coefficient of friction after slip",
-            like="0.8",
-            gt=0.0,
-            le=GREATEST_FRICTION,
-        ),
+        _COEFFICIENT("$µ_1$", "coefficient of friction after slip", like="0.8"),
     ]
     energy: Annotated[
         float,
@@ -186,15 +172,7 @@ class Coulomb(Friction):
 
     friction: Annotated[
         float | OverCycles | OverEnergy,
-        Quantity(
-            "1",
-            "$µ$",
-            "coefficient of friction",
-            like="0.5",
-            gt=0.0,
-            le=GREATEST_FRICTION,
-            forms=(OverCycles, OverEnergy),
-        ),
+        _COEFFICIENT("$µ$", "coefficient of friction", like="0.5", forms=(OverCycles, OverEnergy)),
         "Coefficient; {cycles: [0, 500], values: [0.2, 0.6]}, linear in between; or {start: 0.2, "
         "end: 0.8, energy: 0.5 J/mm^2} by local dissipated energy.",
     ]
