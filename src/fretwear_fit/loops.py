@@ -14,7 +14,8 @@ import numpy as np
 from fretwear.arrays import Array, Places
 from fretwear.units import BY_SI_UNIT, Dimension, QuantityError, listed, parse_quantity
 from fretwear_fit.readings import LARGEST_FORCE, check_sizes
-from fretwear_measured.tables import PLAIN, TABLES, Layout, Sought, Table, open_table
+from fretwear_measured.tables import PLAIN, SECONDS, TABLES, TIME, Layout, Sought, Table, open_table
+from fretwear_measured.times import usual_step
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -34,8 +35,6 @@ _FRICTION = (
     ("friction tangential q fx lateral reibkraft reibungskraft", "force kraft", "load f ff ft fy"),
     f"{_KIND} coefficient cof mu µ μ energy work",
 )
-_SECONDS = Dimension("time", "s", "s", "1 s")
-_TIME = Sought(_SECONDS, ("time timestamp zeit t clock",), "cycle cycles")
 _CYCLE = Sought(
     Dimension("cycles", "1", "", "1"), ("cycle cycles zyklus zyklen n",), "time period total target"
 )
@@ -67,23 +66,43 @@ def recording_of(path: Path, layout: Layout, force_unit: str) -> Recording:
     if path.suffix.lower() not in TABLES:
         rule = f"must be a table, with the ending {listed(TABLES, 'or')}"
         raise QuantityError(rule, "unpack an archive, and save a spreadsheet as .csv")
-    table, force_is = open_table(path, layout), BY_SI_UNIT[force_unit]
+    recorded, force_is = open_table(path, layout), BY_SI_UNIT[force_unit]
     example = f"such as displacement (um),force ({force_is.example.split()[-1]})"
-    numbers, (x, force) = table.read([_DISPLACEMENT, Sought(force_is, *_FRICTION)], example)
+    sought = [_DISPLACEMENT, Sought(force_is, *_FRICTION)]
+    table = recorded.aligned(recorded.choose(sought, example))
+    numbers, (x, force) = table.read(sought, example)
     there = np.isfinite(x) & np.isfinite(force)
     check_sizes(x[there], force[there], LARGEST_FORCE)
     if np.ptp(force[there]) == 0.0:
         rule = f"has the same force everywhere in {table.label(numbers[1])}"
         raise QuantityError(rule, "choose its columns of displacement and force: columns: [0, 1]")
     origin = "displacement from {}, force from {}".format(*map(table.label, numbers))
-    beside: list[Array | None] = [None, None]
-    for place, (sought, values_of) in enumerate(((_TIME, _seconds), (_CYCLE, _counts))):
-        for number, (misfits, _) in table.ranked(sought).items():
+    time = None if (time := table.time_of(numbers[0])) is None else time[there]
+    if table.note and time is not None:
+        _check_rate(recorded, numbers[0], usual_step(time))
+    beside: list[Array | None] = [time if table.note else None, None]
+    for place, (wanted, values_of) in enumerate(((TIME, _seconds), (_CYCLE, _counts))):
+        for number, (misfits, _) in table.ranked(wanted).items():
             values = None if misfits or number in numbers else values_of(table, number)
             if beside[place] is None and values is not None:
                 beside[place] = values[there]
-                origin += f", {sought.dimension.name} from {table.label(number)}"
+                origin += f", {wanted.dimension.name} from {table.label(number)}"
+    if beside[0] is None:
+        beside[0] = time
+    origin += f"; {table.note}" if table.note else ""
     return Recording(x[there], force[there], origin, int((~there).sum()), *beside)
+
+
+def _check_rate(recorded: Table, number: int, step: float) -> None:
+    """Refuse steps of time, s, that are too long for the cycles of a recorded displacement."""
+    x, own = recorded.numbers(number), recorded.time_of(number)
+    assert own is not None
+    there = np.isfinite(x) & np.isfinite(own)
+    ends = np.interp(cycles_of(x[there]), np.arange(there.sum()), own[there])
+    count = np.median(np.diff(ends)) / step if ends.size else np.inf
+    if count < _FEWEST:
+        rule = f"has {count:.2g} readings of both its columns in a cycle"
+        raise QuantityError(rule, f"record the slower channel with at least {_FEWEST} in a cycle")
 
 
 def _seconds(table: Table, number: int) -> Array | None:
@@ -96,7 +115,7 @@ def _seconds(table: Table, number: int) -> Array | None:
         values = seconds.reindex(range(len(table.values))).to_numpy()
         return values if np.isfinite(values).mean() > _SAME else None
     unit = table.units[number] or "s"
-    return table.values[:, number] * parse_quantity(f"1 {unit}", _SECONDS, units_required=True)
+    return table.values[:, number] * parse_quantity(f"1 {unit}", SECONDS, units_required=True)
 
 
 def _counts(table: Table, number: int) -> Array | None:
@@ -268,7 +287,7 @@ def split_recording(path: Path, load: float, layout: Layout = PLAIN) -> Loops:
         raise QuantityError("has an infinite friction", "check the load and the columns")
     inside = np.concatenate([np.arange(cycle.start, cycle.stop) for cycle in cycles])
     outside, total = x.size - np.unique(inside).size, x.size + recording.missing
-    notes = [recording.origin]
+    notes = recording.origin.split("; ")
     if outside or recording.missing:
         lacking = f" and {recording.missing} without numbers" if recording.missing else ""
         notes.append(f"left out: {outside} readings outside whole cycles{lacking}, of {total}")

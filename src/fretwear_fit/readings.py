@@ -40,12 +40,15 @@ def profile_of(
     if table is not None and not _is_map(table):
         example = "such as x (um),depth (um)"
         is_pair = all(map(table.ranked, _PAIR)) or len(layout.columns or ()) > 2
-        numbers, (x, *parts) = table.read([_POSITION, *(_PAIR if is_pair else [_WORN])], example)
+        sought = [_POSITION, *(_PAIR if is_pair else [_WORN])]
+        table = table.aligned(table.choose(sought, example))
+        numbers, (x, *parts) = table.read(sought, example)
         name = table.names[numbers[-1]] if table.names else ""
         is_height = not has_word(name, _DEPTH) and (is_pair or has_word(name, _HEIGHT))
         depth = (parts[-1] - parts[0] if is_pair else parts[0]) * (-1.0 if is_height else 1.0)
         origin = f"positions from {table.label(numbers[0])}, {'heights' if is_height else 'depths'}"
         origin += f" from {' less '.join(table.label(n) for n in numbers[:0:-1])}"
+        origin += f"; {table.note}" if table.note else ""
     else:
         is_height, unit = True, unit or ", ".join(layout.units or ())
         scan = None if table else read_line(file, unit)

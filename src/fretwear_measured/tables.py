@@ -22,6 +22,16 @@ import numpy as np
 
 from fretwear.arrays import Array
 from fretwear.units import Dimension, QuantityError, listed, parse_quantity
+from fretwear_measured.times import (
+    are_same,
+    common_times,
+    rise,
+    times_of_segments,
+    times_of_waveforms,
+    until_last,
+    usual_step,
+    values_at,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -127,6 +137,10 @@ class Sought:
         return True
 
 
+SECONDS = Dimension("time", "s", "s", "1 s")
+TIME = Sought(SECONDS, ("time timestamp zeit t clock",), "cycle cycles")
+
+
 def unmarked(values: Array) -> Array:
     """Values with NaN in place of marks of missing ones, such as -9999 or -1.8e308.
 
@@ -162,6 +176,9 @@ class Table:
     lines: Sequence[int] = ()  #: numbers of the rows in the file, from 1
     widths: Sequence[int] = ()  #: cells of the rows
     above: Sequence[str] = ()  #: the lines above the numbers
+    #: times of the columns, s, shape (rows,), empty or None where the file has them in columns
+    times: Sequence[Array | None] = ()
+    note: str = ""  #: what was interpolated
 
     def choose(self, sought: Sequence[Sought], example: str) -> list[int]:
         """The number of a column for each quantity, all different; `QuantityError` otherwise.
@@ -218,10 +235,11 @@ class Table:
     def read(self, sought: Sequence[Sought], example: str) -> tuple[list[int], list[Array]]:
         """The numbers of the columns for some quantities, and their values in SI units."""
         chosen, values = self.choose(sought, example), []
+        table = self.aligned(chosen)
         units = _repeated(self.layout.units) or [self.units[n] for n in chosen]
         scales = _repeated(self.layout.scale or ("1",))
         for number, one, unit, scale in zip(chosen, sought, units, scales, strict=False):
-            numbers, column = self.numbers(number), f"its column {self.label(number)}"
+            numbers, column = table.numbers(number), f"its column {self.label(number)}"
             plain, examples = re.fullmatch(_NUMBER, scale), re.findall(r"[(](.*?)[)]", example)
             remedy = f"{example}, or units: [{', '.join(examples)}]"
             ensure(unit or not plain, f"has no unit for {column}", remedy)
@@ -238,6 +256,50 @@ class Table:
                 raise QuantityError(rule, hint) from error
             values.append(size * unmarked(numbers))
         return chosen, values
+
+    def time_of(self, number: int) -> Array | None:
+        """Times of the readings of a column, s, NaN behind the last one; None if unknown.
+
+        Several columns of time belong to the columns on their right, up to the next one.
+        """
+        time = self.times[number] if self.times else None
+        bare = replace(self, names=tuple(re.sub(r"\d+", " ", name) for name in self.names))
+        found = [n for n, (misfits, _) in bare.ranked(TIME).items() if not misfits]
+        left = [n for n in found if n <= number and rise(self.values[:, n])]
+        if time is None and left and len(found) > 1:
+            unit = f"1 {self.units[left[-1]] or 's'}"
+            time = parse_quantity(unit, SECONDS, units_required=True) * self.values[:, left[-1]]
+        return None if time is None else until_last(time, self.values[:, number])
+
+    def aligned(self, chosen: Sequence[int]) -> Table:
+        """The table with some columns at the same times; itself if that holds, or they have none.
+
+        All columns are interpolated linearly at those times of the one with the longest steps that
+        the chosen ones have in common. `QuantityError` if there are none.
+        """
+        times = {n: time for n in chosen if (time := self.time_of(n)) is not None}
+        slowest = max(times, key=lambda n: usual_step(times[n]), default=-1)
+        moved = [n for n, time in times.items() if not are_same(times[slowest], time)]
+        if len(times) < len(chosen) or not moved:
+            return self
+        columns = {n: unmarked(self.numbers(n)) for n in chosen}
+        remedy = "if each row is one moment, save it as text with one column of time"
+        for number, time in times.items():
+            rule = f"has times that do not rise for its column {self.label(number)}"
+            ensure(rise(time), rule, remedy)
+        common = common_times(times[slowest], [*times.values()])
+        rule = f"has columns without a common time: {listed(map(self.label, chosen))}"
+        ensure(common.size > 1, rule, remedy)
+        values = np.full((common.size, self.values.shape[1]), np.nan)
+        for n in range(values.shape[1]):
+            time = self.time_of(n)
+            if time is not None and rise(time):
+                column = columns.get(n, self.values[:, n])
+                values[:, n] = values_at(common, time, column)
+        note = f"{listed(map(self.label, moved))} interpolated linearly at {common.size} times of "
+        note += f"{self.label(slowest)}, since their rates or starts differ"
+        same = [common] * values.shape[1]
+        return replace(self, values=values, times=same, note=note, words={}, lines=(), widths=())
 
     def numbers(self, number: int) -> Array:
         """The numbers of a column; `QuantityError` if it has words too."""
@@ -387,7 +449,8 @@ def _lvm_table(text: str, layout: Layout) -> Table:
     first = [] if content.get("X_Columns") == "No" else ["s"]
     units = [*map(_spelled, [*first, *parts[0].get("Y_Unit_Label", [])]), *[""] * len(names)]
     cells = cells.reindex(columns=range(len(names)))
-    return _table(names, units[: len(names)], cells, layout, ".")
+    table = _table(names, units[: len(names)], cells, layout, ".")
+    return replace(table, times=times_of_segments(content, len(names)))
 
 
 def _tdms_table(path: Path, layout: Layout) -> Table:
@@ -401,7 +464,8 @@ def _tdms_table(path: Path, layout: Layout) -> Table:
     units = [_spelled(str(one.properties.get("unit_string", ""))) for one in channels]
     cells = pd.DataFrame({n: pd.Series(one[:]) for n, one in enumerate(channels)})
     table = _table([*map(str.casefold, names)], units, cells, layout, ".")
-    return replace(table, lines=range(1, len(cells) + 1))
+    times = times_of_waveforms([one.properties for one in channels], len(cells))
+    return replace(table, lines=range(1, len(cells) + 1), times=times)
 
 
 def _first_numbers(lines: Sequence[str]) -> int | None:
