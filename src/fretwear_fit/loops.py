@@ -220,7 +220,11 @@ def _breaks(recording: Recording) -> list[int]:
     jumps = np.zeros(x.size - 1, bool)
     if recording.counter is not None:
         jumps |= np.diff(np.floor(recording.counter)) > 1.0
-    if time is not None and (usual := np.median(steps := np.diff(time))) > 0.0:
+    if (
+        time is not None
+        and (usual := np.median(steps := np.diff(time))) > 0.0
+        and (steps.min() < 0.0 or steps.max() > 3.0 * usual)
+    ):
         strokes = np.diff(time[_turns(x, _reversal(x))])
         longest = np.quantile(strokes[strokes > 0.0], 0.25) if (strokes > 0.0).any() else np.inf
         jumps |= (steps < 0.0) | (steps > max(longest, 3.0 * usual))

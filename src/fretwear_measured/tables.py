@@ -25,6 +25,7 @@ from fretwear.units import Dimension, QuantityError, listed, parse_quantity
 from fretwear_measured.times import (
     are_same,
     common_times,
+    count_readings,
     rise,
     times_of_segments,
     times_of_waveforms,
@@ -64,6 +65,7 @@ _WORD = re.compile(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?")
 _VOLTS = ("V", "mV", "volt")
 LARGEST = 1e300  # number
 _FAR_AWAY = 10.0  # of a mark, over the range of the other values
+_FULL = 0.9  # of the readings of another channel
 _SUBSTRING = 5  # letters of a word that may be a part of a longer one, such as frictionforce
 
 
@@ -278,21 +280,30 @@ class Table:
         the chosen ones have in common. `QuantityError` if there are none.
         """
         times = {n: time for n in chosen if (time := self.time_of(n)) is not None}
-        slowest = max(times, key=lambda n: usual_step(times[n]), default=-1)
-        moved = [n for n, time in times.items() if not are_same(times[slowest], time)]
-        if len(times) < len(chosen) or not moved:
+        first, *others = times.values() or [np.empty(0)]
+        remedy = "if each row is one moment, save it as text with one column of time"
+        if len(times) < len(chosen) and self.times:
+            counts = {n: count_readings(self.values[:, n]) for n in chosen}
+            rule = listed(f"{count} readings of {self.label(n)}" for n, count in counts.items())
+            is_even = min(counts.values()) >= _FULL * max(counts.values())
+            ensure(is_even, f"has {rule}, but no times of both", remedy)
+        if len(times) < len(chosen) or all(are_same(first, time) for time in others):
             return self
         columns = {n: unmarked(self.numbers(n)) for n in chosen}
-        remedy = "if each row is one moment, save it as text with one column of time"
         for number, time in times.items():
             rule = f"has times that do not rise for its column {self.label(number)}"
             ensure(rise(time), rule, remedy)
+        slowest = max(times, key=lambda n: usual_step(times[n]))
+        moved = [n for n, time in times.items() if not are_same(times[slowest], time)]
         common = common_times(times[slowest], [*times.values()])
         rule = f"has columns without a common time: {listed(map(self.label, chosen))}"
         ensure(common.size > 1, rule, remedy)
         values = np.full((common.size, self.values.shape[1]), np.nan)
         for n in range(values.shape[1]):
             time = self.time_of(n)
+            if time is None:  # such as a count of cycles beside one of the channels
+                count = count_readings(self.values[:, n])
+                time = next((t for t in times.values() if count_readings(t) == count), None)
             if time is not None and rise(time):
                 column = columns.get(n, self.values[:, n])
                 values[:, n] = values_at(common, time, column)

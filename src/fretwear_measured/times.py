@@ -21,10 +21,16 @@ def usual_step(times: Array) -> float:
     return float(np.median(np.diff(known))) if known.size > 1 else 0.0
 
 
+def count_readings(values: Array) -> int:
+    """The number of readings of a channel up to its last one."""
+    known = np.isfinite(values)
+    return values.size - int(known[::-1].argmax()) if known.any() else 0
+
+
 def until_last(times: Array, values: Array) -> Array:
     """Times up to the last of some values, NaN behind it."""
-    last = np.flatnonzero(np.isfinite(values)).max(initial=-1)
-    return np.where(np.arange(times.size) <= last, times, np.nan)
+    count = count_readings(values)
+    return times if count == times.size else np.append(times[:count], times[count:] * np.nan)
 
 
 def rise(times: Array) -> bool:
@@ -35,6 +41,8 @@ def rise(times: Array) -> bool:
 
 def are_same(times: Array, others: Array) -> bool:
     """Whether two channels have the same times, where both have any."""
+    if others is times:
+        return True
     differences = np.abs(times - others)
     return bool((differences[np.isfinite(differences)] <= _SAME * abs(usual_step(times))).all())
 
@@ -65,12 +73,12 @@ def times_of_waveforms(waveforms: Sequence[Mapping[str, Any]], size: int) -> lis
     """
     stamps = [one.get("wf_start_time") for one in waveforms]
     known = [s for s in stamps if isinstance(s, np.datetime64) and s > _FIRST_STAMP]
-    times: list[Array | None] = []
+    steps, shared, times = np.arange(size, dtype=float), dict[tuple[float, float], Array](), []
     for one, stamp in zip(waveforms, stamps, strict=True):
         step, start = (float(one.get(f"wf_{name}", 0.0)) for name in ("increment", "start_offset"))
         delay = float((stamp - min(known)) / np.timedelta64(1, "s")) if stamp in known else 0.0
-        steps = np.arange(size, dtype=float)
-        times.append(None if step == 0.0 else delay + start + step * steps)
+        key = delay + start, step
+        times.append(shared.setdefault(key, key[0] + step * steps) if step else None)
     return times
 
 

@@ -22,7 +22,7 @@ def channel(name, start=0.0, step=STEP):
     return name, "N", start, step, FRICTION * np.sign(np.cos(turn + 1e-6))
 
 
-def write_tdms(file, channels):
+def write_tdms(file, channels, untold=()):
     from nptdms import ChannelObject, TdmsWriter
 
     with TdmsWriter(file) as writer:
@@ -30,9 +30,10 @@ def write_tdms(file, channels):
         for name, unit, start, step, values in channels:
             delay = min(start, DELAY)
             stamp = STAMP + np.timedelta64(round(1e6 * delay), "us")
+            told = name not in untold
             waveform = {"wf_increment": step, "wf_start_offset": start - delay}
-            waveform |= {"wf_start_time": stamp, "unit_string": unit}
-            objects.append(ChannelObject("run", name, values, waveform))
+            waveform = {"wf_start_time": stamp} | (waveform if told else {})
+            objects.append(ChannelObject("run", name, values, waveform | {"unit_string": unit}))
         writer.write_segment(objects)
 
 
@@ -115,6 +116,18 @@ def test_channels_without_a_common_time_are_refused(tmp_path):
     file = write(tmp_path, "tdms", channel("x"), channel("force", start=10.1))
     with pytest.raises(QuantityError, match=r"common time: 'x' and 'force'.*one column of time"):
         split_recording(file, LOAD)
+
+
+def test_channels_whose_times_are_not_told_need_as_many_readings(tmp_path):
+    """A count of cycles has the times of the channel that it is as long as."""
+    count = ("cycle", "", 0.0, STEP, np.floor(STEP * np.arange(4000)) + 3000)
+    channels = channel("x"), channel("force", step=2 * STEP), count
+    write_tdms(tmp_path / "run.tdms", channels, ("cycle",))
+    table = split_recording(tmp_path / "run.tdms", LOAD).table
+    assert table["cycle"].tolist() == [*range(3000, 3010)]
+    write_tdms(tmp_path / "run.tdms", channels, ("force",))
+    with pytest.raises(QuantityError, match="4000 readings of 'x' and 2000 readings of 'force'"):
+        split_recording(tmp_path / "run.tdms", LOAD)
 
 
 def test_a_force_that_is_read_too_seldom_for_the_cycles_is_refused(tmp_path):
