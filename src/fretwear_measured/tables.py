@@ -262,15 +262,19 @@ class Table:
     def time_of(self, number: int) -> Array | None:
         """Times of the readings of a column, s, NaN behind the last one; None if unknown.
 
-        Several columns of time belong to the columns on their right, up to the next one.
+        Several columns of time belong to the columns on their right, up to the next one, or to
+        those on their left if the last column is one of them and the first one is not.
         """
         time = self.times[number] if self.times else None
         bare = replace(self, names=tuple(re.sub(r"\d+", " ", name) for name in self.names))
         found = [n for n, (misfits, _) in bare.ranked(TIME).items() if not misfits]
-        left = [n for n in found if n <= number and rise(self.values[:, n])]
-        if time is None and left and len(found) > 1:
-            unit = f"1 {self.units[left[-1]] or 's'}"
-            time = parse_quantity(unit, SECONDS, units_required=True) * self.values[:, left[-1]]
+        found = [n for n in found if rise(self.values[:, n])]
+        own = [n for n in found if n <= number][-1:]
+        if found and found[0] > 0 and found[-1] == len(self.names) - 1:
+            own = [n for n in found if n >= number][:1]
+        if time is None and own and len(found) > 1:
+            unit = f"1 {self.units[own[0]] or 's'}"
+            time = parse_quantity(unit, SECONDS, units_required=True) * self.values[:, own[0]]
         return None if time is None else until_last(time, self.values[:, number])
 
     def aligned(self, chosen: Sequence[int]) -> Table:

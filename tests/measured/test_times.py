@@ -30,10 +30,13 @@ def write_tdms(file, channels, untold=()):
         for name, unit, start, step, values in channels:
             delay = min(start, DELAY)
             stamp = STAMP + np.timedelta64(round(1e6 * delay), "us")
-            told = name not in untold
-            waveform = {"wf_increment": step, "wf_start_offset": start - delay}
-            waveform = {"wf_start_time": stamp} | (waveform if told else {})
-            objects.append(ChannelObject("run", name, values, waveform | {"unit_string": unit}))
+            waveform = {
+                "wf_start_time": stamp,
+                "wf_start_offset": start - delay,
+                "unit_string": unit,
+            }
+            waveform |= {} if name in untold else {"wf_increment": step}
+            objects.append(ChannelObject("run", name, values, waveform))
         writer.write_segment(objects)
 
 
@@ -67,23 +70,26 @@ def write_lvm(file, channels, kind, segments=1):
     file.write_text(text)
 
 
-def write_text(file, channels):
+def write_text(file, channels, step=1):
     columns = [c for *_, s, h, v in channels for c in (s + h * np.arange(v.size), v)]
-    rows = "\n".join(",".join(map(str, row)) for row in zip_longest(*columns, fillvalue=""))
-    heads = ",".join(f"time{n} (s),{c[0]} ({c[1]})" for n, c in enumerate(channels))
-    file.write_text(f"{heads}\n{rows}\n")
+    rows = [",".join(map(str, row[::step])) for row in zip_longest(*columns, fillvalue="")]
+    heads = [h for n, c in enumerate(channels) for h in (f"time{n} (s)", f"{c[0]} ({c[1]})")]
+    file.write_text("\n".join([",".join(heads[::step]), *rows]))
 
 
 def write(folder, kind, *channels):
     file = folder / f"run.{kind.split()[0]}"
     if kind.startswith("lvm"):
         write_lvm(file, channels, kind.split()[1], 1 + kind.endswith("parts"))
+    elif kind == "tdms":
+        write_tdms(file, channels)
     else:
-        {"tdms": write_tdms, "csv": write_text}[kind](file, channels)
+        write_text(file, channels, -1 if kind.endswith("back") else 1)
     return file
 
 
-KINDS = ("tdms", "csv", "lvm No", "lvm One", "lvm Multi", "lvm No parts", "lvm Multi parts")
+LVM = ("No", "One", "Multi", "No parts", "Multi parts")
+KINDS = ("tdms", "csv", "csv back", *(f"lvm {how}" for how in LVM))
 
 
 @pytest.mark.parametrize("kind", KINDS)
