@@ -17,7 +17,6 @@ import netCDF4
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
-from xarray.backends import NetCDF4DataStore
 
 import fretwear.data.dataset  # noqa: F401 - registers the accessor of datasets
 from fretwear.data.atomic import DataFileError, atomic_path, read_error
@@ -83,42 +82,53 @@ def write_groups(
     value of the first parameter. Text is written as `without_text` says. `DataFileError` if the
     disk is full or the folder, created if necessary, cannot be written to.
     """
-    values: dict[str, tuple[Any, Any]] = {}
-    # `to_netcdf` would open the file for each group and end definitions for each variable, which
-    # takes three times as long. `dump_to_store` is not documented; a test names its replacement.
+    # `to_netcdf` opens the file for each group, ends definitions for each variable and compares it
+    # with each coordinate, which takes four times as long.
     with atomic_path(path) as temporary, netCDF4.Dataset(temporary, "w") as file:
-        for group, labelled in groups.items():
-            content, writer = without_text(labelled), _Writer()
-            store = NetCDF4DataStore(file.createGroup(group) if group else file)  # type: ignore[no-untyped-call]
-            encoding = {str(n): _encoding(v) for n, v in content.variables.items()}
-            content.drop_encoding().dump_to_store(store, encoding=encoding, writer=writer)
-            values |= {f"{group}/{name}".lstrip("/"): pair for name, pair in writer.items()}
-        for name in values.keys() - {*in_pieces}:
-            source, target = values[name]
-            target[...] = source
+        stored: dict[str, tuple[Any, Any]] = {}
+        for name, labelled in groups.items():
+            group = file.createGroup(name) if name else file
+            defined = _defined(group, without_text(labelled))
+            stored |= {f"{name}/{each}".lstrip("/"): pair for each, pair in defined}
+        for values, target in (stored[name] for name in stored.keys() - {*in_pieces}):
+            target[...] = values
         for place, arrays in pieces:
             for name, array in arrays.items():
-                values[name][1][place] = array
+                stored[name][1][place] = array
 
 
-class _Writer(dict[str, tuple[Any, Any]]):
-    """What xarray would write, by name: values, and the variable that takes them."""
+def _defined(group: netCDF4.Dataset, dataset: xr.Dataset) -> Iterator[tuple[str, tuple[Any, Any]]]:
+    """Define a group; yield the name of each variable, its values, and the variable of the file."""
+    group.setncatts(dataset.attrs)
+    for dim, size in dataset.sizes.items():
+        group.createDimension(str(dim), size)
+    labels = sorted(str(name) for name in dataset.coords.keys() - {*dataset.dims})
+    for name, variable in dataset.variables.items():
+        values, dims, attributes = variable.data, [*map(str, variable.dims)], dict(variable.attrs)
+        if values.dtype.kind in "OU":
+            values = netCDF4.stringtochar(np.char.encode(values.astype(str), "utf-8"))
+            dims, attributes["_Encoding"] = [*dims, f"string{values.shape[-1]}"], "utf-8"
+            if dims[-1] not in group.dimensions:
+                group.createDimension(dims[-1], values.shape[-1])
+        target: Any = group.createVariable(str(name), values.dtype, dims, **_storage(variable))
+        target.set_auto_maskandscale(False)
+        described = [n for n in labels if {*dataset.variables[n].dims} <= {*variable.dims}]
+        if described and name not in dataset.coords:
+            attributes["coordinates"] = " ".join(described)
+        target.setncatts(attributes)
+        yield str(name), (values, target)
 
-    def add(self, source: Any, target: Any) -> None:
-        self[target.variable_name] = source, target
 
-
-def _encoding(variable: xr.Variable) -> dict[str, object]:
-    if variable.dtype.kind in "OU":
-        return {"dtype": "S1"}
+def _storage(variable: xr.Variable) -> dict[str, Any]:
+    """Filters, chunks and fill value of a variable."""
     fill = variable.encoding.get("_FillValue")
-    if variable.size < _FIRST_CHUNKED:
-        return {"_FillValue": fill}
+    if variable.size < _FIRST_CHUNKED or variable.dtype.kind in "OU":
+        return {"fill_value": fill}
     chunks = variable.shape
     if variable.ndim > 1:
         chunks = (1, *variable.shape[1:])
         fill = np.nan if fill is None and variable.dtype.kind == "f" else fill
-    return {**_FILTERS, "chunksizes": chunks, "_FillValue": fill}
+    return {**_FILTERS, "chunksizes": chunks, "fill_value": fill}
 
 
 def write_case(
