@@ -20,7 +20,8 @@ from matplotlib.figure import Figure
 
 import fretwear
 from fretwear.arrays import Array
-from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, styled
+from fretwear.figures.colours import CATEGORICAL
+from fretwear.figures.style import MUTED, JournalFigure, styled
 
 RADIUS, MODULUS, RATIO, FRICTION = 20.0, 208e3, 0.3, 0.5  # mm, MPa
 LOAD, SHARE = 600.0, 0.64  # N/mm and Q/µP that are aimed at

@@ -15,7 +15,8 @@ from benchmarks.pages import Data, Section, percent
 from matplotlib.figure import Figure
 
 import fretwear
-from fretwear.figures.style import CATEGORICAL, MUTED
+from fretwear.figures.colours import CATEGORICAL
+from fretwear.figures.style import MUTED
 
 SWEEPS = {
     "N": "cycles",

@@ -12,7 +12,8 @@ from matplotlib.ticker import LogLocator, NullFormatter
 from numpy.typing import ArrayLike, NDArray
 
 import fretwear
-from fretwear.figures.style import CATEGORICAL, MUTED
+from fretwear.figures.colours import CATEGORICAL
+from fretwear.figures.style import MUTED
 
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 STUDIES = ROOT / "studies" / "experiments"

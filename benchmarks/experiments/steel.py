@@ -17,7 +17,8 @@ from benchmarks.experiments.measurements import (
 from benchmarks.pages import Data, Section
 from matplotlib.figure import Figure
 
-from fretwear.figures.style import CATEGORICAL, MUTED
+from fretwear.figures.colours import CATEGORICAL
+from fretwear.figures.style import MUTED
 
 
 def measure_cruzado() -> Data:

@@ -24,7 +24,8 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 import fretwear
-from fretwear.figures.style import CATEGORICAL, MUTED
+from fretwear.figures.colours import CATEGORICAL
+from fretwear.figures.style import MUTED
 
 SERIES = ("f_1", "f_2", "f_3", "f_5", "f_6", "f_7", "R_4")  # to which the laws are fitted
 FALLING = "{slow: [%.4g mm^3/J, %.4g mm^3/J], fast: [%.4g mm^3/J, %.4g mm^3/J], decay: %.4g mm^2/W}"

@@ -12,8 +12,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Polygon, Rectangle
 
+from fretwear.figures.colours import CATEGORICAL
 from fretwear.figures.profiles import ZONE_COLORS
-from fretwear.figures.style import CATEGORICAL, INK, MUTED, JournalFigure, save_as, style_context
+from fretwear.figures.style import INK, MUTED, JournalFigure, save_as, style_context
 from fretwear.results import RESULTS
 from fretwear.study.parameters import parameter
 from fretwear.variable import ContactState

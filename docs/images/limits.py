@@ -7,7 +7,8 @@ import sys
 import warnings
 
 import fretwear
-from fretwear.figures.style import CATEGORICAL, INK, LINE_STYLES, JournalFigure, save_as, styled
+from fretwear.figures.colours import CATEGORICAL
+from fretwear.figures.style import INK, LINE_STYLES, JournalFigure, save_as, styled
 
 CASE = fretwear.Case(
     radius="10 mm", youngs_modulus="208 GPa", poisson_ratio=0.3, load="30 N", friction=0.5,

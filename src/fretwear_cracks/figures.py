@@ -14,9 +14,10 @@ from matplotlib.figure import Figure
 from fretwear.data.effects import levels_of
 from fretwear.data.groups import open_group
 from fretwear.figures.axes import add_scale, make_panels
+from fretwear.figures.colours import CATEGORICAL
 from fretwear.figures.history import representative_cases, scalar_history
 from fretwear.figures.study import StudyFigure
-from fretwear.figures.style import CATEGORICAL, MUTED, Columns, depth_colormap, one_panel, styled
+from fretwear.figures.style import MUTED, Columns, depth_colormap, one_panel, styled
 from fretwear.results import PointStatus
 from fretwear.study.parameters import parameter, value_text
 from fretwear.units import MEGAPASCAL, MICROMETRE, NO_UNIT, axis_label, cycle_text

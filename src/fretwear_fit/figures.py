@@ -6,8 +6,9 @@ import numpy as np
 import xarray as xr
 
 from fretwear.figures.axes import add_key
+from fretwear.figures.colours import CATEGORICAL
 from fretwear.figures.profiles import cycle_colours
-from fretwear.figures.style import CATEGORICAL, MUTED, JournalFigure, caption, styled
+from fretwear.figures.style import MUTED, JournalFigure, caption, styled
 from fretwear.units import cycle_text, readable_unit
 from fretwear_fit.loops import Loops
 

@@ -12,7 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Patch
 
 from fretwear.figures.axes import add_key, add_scale
-from fretwear.figures.style import CATEGORICAL, MUTED, one_panel, styled
+from fretwear.figures.colours import CATEGORICAL
+from fretwear.figures.style import MUTED, one_panel, styled
 from fretwear.study.reading import load_study
 from fretwear.units import MICROMETRE, readable_unit
 from fretwear_measured.files import find_spikes

@@ -17,6 +17,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import NullLocator
 
 from fretwear.figures.axes import add_key, set_cycle_axis
+from fretwear.figures.colours import CATEGORICAL
 from fretwear.figures.datasets import Profiles, field_of, profiles_of
 from fretwear.figures.page import HALF_WIDTH_LABEL
 from fretwear.figures.profiles import (
@@ -31,7 +32,7 @@ from fretwear.figures.profiles import (
     zone_key,
 )
 from fretwear.figures.study import StudyFigure
-from fretwear.figures.style import CATEGORICAL, LINE_STYLES, MUTED, JournalFigure, styled
+from fretwear.figures.style import LINE_STYLES, MUTED, JournalFigure, styled
 from fretwear.results import RESULTS
 from fretwear.units import MICROMETRE, NANOMETRE, cycle_text, readable_unit
 from fretwear.variable import Variable

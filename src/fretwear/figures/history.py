@@ -32,6 +32,7 @@ from fretwear.figures.axes import (
     parameter_values,
     set_cycle_axis,
 )
+from fretwear.figures.colours import CATEGORICAL
 from fretwear.figures.datasets import (
     Curve,
     history_of,
@@ -41,7 +42,6 @@ from fretwear.figures.datasets import (
     study_curves,
 )
 from fretwear.figures.style import (
-    CATEGORICAL,
     LINE_STYLES,
     MUTED,
     Columns,

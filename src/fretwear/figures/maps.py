@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike
 from fretwear.arrays import Array
 from fretwear.data.labels import mirrored
 from fretwear.figures.axes import add_key, add_scale, parameter_values
+from fretwear.figures.colours import CATEGORICAL
 from fretwear.figures.datasets import TitledCases, is_smooth, require_variables, snapshots, titled
 from fretwear.figures.profiles import case_panels
 from fretwear.figures.style import (
-    CATEGORICAL,
     COLUMN_WIDTH,
     MUTED,
     Columns,

@@ -10,10 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fretwear.figures.axes import add_scale, set_cycle_axis
+from fretwear.figures.colours import CATEGORICAL
 from fretwear.figures.datasets import Cycles, history_of, profiles_of, study_curves, width_names
 from fretwear.figures.maps import depth_scale, draw_wear_map, take_wear_map
 from fretwear.figures.profiles import cycle_colours, cycle_key, draw_filled, draw_profiles, zone_key
-from fretwear.figures.style import CATEGORICAL, INK, JournalFigure, styled
+from fretwear.figures.style import INK, JournalFigure, styled
 from fretwear.results import RESULTS
 from fretwear.study.case import case_keys
 from fretwear.study.keys import coordinate

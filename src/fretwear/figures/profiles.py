@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 
 from fretwear.arrays import Array
 from fretwear.figures.axes import Place, Shared, add_key, make_panels
+from fretwear.figures.colours import CATEGORICAL
 from fretwear.figures.datasets import (
     Cycles,
     Profiles,
@@ -26,7 +27,6 @@ from fretwear.figures.datasets import (
     titled,
 )
 from fretwear.figures.style import (
-    CATEGORICAL,
     INK,
     STICK_SHADE,
     Columns,

@@ -32,9 +32,6 @@ STICK_SHADE = "#efefef"
 MUTED = "#666666"
 INK = "#1a1a1a"
 
-CATEGORICAL = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000")
-"""Okabe and Ito's colours, which people with any colour vision can tell apart."""
-
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (4, 1.6)), (0, (1, 1.3)), (0, (5, 1.4, 1, 1.4)))
 
 

@@ -22,8 +22,8 @@ from fretwear.data.effects import (
     varied_names,
 )
 from fretwear.data.files import MERGED_PROFILES
+from fretwear.figures.colours import CATEGORICAL
 from fretwear.figures.datasets import quantile_curves, study_curves
-from fretwear.figures.style import CATEGORICAL
 from fretwear.report.matrix import factor_text, spread_text
 from fretwear.results import CASE_ID, POINT, STATUS, PointStatus
 from fretwear.study.parameters import parameter, value_text, words_text
