@@ -106,7 +106,8 @@ def _defined(group: netCDF4.Dataset, dataset: xr.Dataset) -> Iterator[tuple[str,
     for name, variable in dataset.variables.items():
         values, dims, attributes = variable.data, [*map(str, variable.dims)], dict(variable.attrs)
         if values.dtype.kind in "OU":
-            values = netCDF4.stringtochar(np.char.encode(values.astype(str), "utf-8"))
+            encoded = np.char.encode(values.astype(str), "utf-8")
+            values = encoded[..., np.newaxis].view("S1")
             dims, attributes["_Encoding"] = [*dims, f"string{values.shape[-1]}"], "utf-8"
             if dims[-1] not in group.dimensions:
                 group.createDimension(dims[-1], values.shape[-1])
