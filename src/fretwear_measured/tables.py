@@ -281,15 +281,16 @@ class Table:
         """The table with some columns at the same times; itself if that holds, or they have none.
 
         All columns are interpolated linearly at those times of the one with the longest steps that
-        the chosen ones have in common. `QuantityError` if there are none.
+        the chosen ones have in common. If there are none, columns of time in a table of rows are
+        clocks with other zeros, or something else; `QuantityError` elsewhere.
         """
         times = {n: time for n in chosen if (time := self.time_of(n)) is not None}
         first, *others = times.values() or [np.empty(0)]
         remedy = "if each row is one moment, save it as text with one column of time"
+        counts = {n: count_readings(self.values[:, n]) for n in chosen}
+        is_even = min(counts.values()) >= _FULL * max(counts.values())
         if len(times) < len(chosen) and self.times:
-            counts = {n: count_readings(self.values[:, n]) for n in chosen}
             rule = listed(f"{count} readings of {self.label(n)}" for n, count in counts.items())
-            is_even = min(counts.values()) >= _FULL * max(counts.values())
             ensure(is_even, f"has {rule}, but no times of both", remedy)
         if len(times) < len(chosen) or all(are_same(first, time) for time in others):
             return self
@@ -300,6 +301,8 @@ class Table:
         slowest = max(times, key=lambda n: usual_step(times[n]))
         moved = [n for n, time in times.items() if not are_same(times[slowest], time)]
         common = common_times(times[slowest], [*times.values()])
+        if common.size < 2 and is_even and not self.times:
+            return self  # clocks with other zeros, or a temperature T that rises
         rule = f"has columns without a common time: {listed(map(self.label, chosen))}"
         ensure(common.size > 1, rule, remedy)
         values = np.full((common.size, self.values.shape[1]), np.nan)

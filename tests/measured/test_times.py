@@ -124,6 +124,14 @@ def test_channels_without_a_common_time_are_refused(tmp_path):
         split_recording(file, LOAD)
 
 
+@pytest.mark.parametrize("start", [-1e3, 1.7e9])
+def test_rows_are_moments_where_two_clocks_have_no_common_time(tmp_path, start):
+    """Such as seconds of a test and of an epoch, or a column T of rising temperatures."""
+    _, unit, _, step, values = channel("force")
+    table = open_table(write(tmp_path, "csv", channel("x"), ("force", unit, start, step, values)))
+    assert table.aligned([1, 3]) is table
+
+
 def test_channels_whose_times_are_not_told_need_as_many_readings(tmp_path):
     """A count of cycles has the times of the channel that it is as long as."""
     count = ("cycle", "", 0.0, STEP, np.floor(STEP * np.arange(4000)) + 3000)
