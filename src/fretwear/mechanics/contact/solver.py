@@ -301,13 +301,13 @@ class ActiveSet:
             self.gap, -unit, self._tangent(), self._care * reduction, enough
         )
         self.convolutions += iterations
-        # In double precision, the load is kept to the last digit.
-        stray = missed / cells.uniform_sum
         gap, step = problem.weighted(self.gap), np.multiply(pressure, pressure_unit, dtype=float)
-        step -= np.multiply(cells.uniform, stray * pressure_unit, dtype=float)
+        if problem.approach is None:
+            # In double precision, the load is kept to the last digit.
+            step -= missed * pressure_unit * self.free
         target = self.pressure + step
         if target.min() >= 0 and (target - problem.limit).max() <= 0:
-            self._search(step, inner(step, gap), moved, unit, -stray * unit)
+            self._search(step, inner(step, gap), moved, unit)
             return True
         for _ in range(8):
             step = problem.clip_to_load(target) - self.pressure
@@ -316,17 +316,17 @@ class ActiveSet:
             products = gap * step
             slope = float(products.sum())
             if -slope > _STEEP * float(np.abs(products).sum()):
-                self._search(step, slope, moved, unit, 0.0)
+                self._search(step, slope, moved, unit)
                 return True
             # Clipping made the direction lead uphill, or nearly so; a shorter step clips less.
             target = 0.7 * self.pressure + 0.3 * target
         return False
 
-    def _search(self, step: Array, first: float, moved: Single, unit: float, offset: float) -> None:
+    def _search(self, step: Array, first: float, moved: Single, unit: float) -> None:
         """Move along a feasible step, Pa: to its end, or to the energy minimum before it.
 
         ``first`` is the slope of the energy at the start of the step. The displacement of the step
-        is ``moved`` in some unit, m, plus an offset, m.
+        is ``moved`` in some unit, m.
         """
         problem, reached = self.problem, 0.0
         limit, shape, layer = problem.limit, problem.shape, problem.layer
@@ -335,7 +335,6 @@ class ActiveSet:
         # the lowest by ten orders of magnitude; so the approach counts under a load, too.
         uniform = self.approach * float(weighted.sum())
         opening = np.multiply(moved, unit, dtype=float)
-        opening += offset
 
         def slope(fraction: float) -> float:
             nonlocal reached
@@ -350,7 +349,7 @@ class ActiveSet:
             reached = fraction
             return inner(weighted, self.separation) - uniform
 
-        self._rounding += _SINGLE * (float(np.abs(moved).max()) * unit + abs(offset))
+        self._rounding += _SINGLE * float(np.abs(moved).max()) * unit
         low, high, is_halved = 0.0, 1.0, True
         enough = 0.1 * abs(first)
         last = slope(1.0)
@@ -409,8 +408,7 @@ class FreeCells:
 
         (K + diag c) s = r − α   on the free cells,
 
-    where s carries no load in sum, or α = 0 at a given approach. M is the `preconditioner`; under M
-    1, the ``uniform`` pressure, the free cells sink nearly alike.
+    where s carries no load in sum, or α = 0 at a given approach. M is the `preconditioner`.
     """
 
     def __init__(
@@ -422,11 +420,13 @@ class FreeCells:
         self._parts: list[Inverse] = [
             (cells, share * self._inside[cells], invert) for cells, share, invert in parts
         ]
-        self.uniform, self.uniform_sum = np.zeros_like(self._inside), np.inf
-        if under_load:
-            self.uniform, self.uniform_sum = self.apply_preconditioner(self._inside)
+        self._under_load = under_load
 
-    def apply_preconditioner(self, residual: Single) -> tuple[Single, float]:
+    def _mean(self, field: Single) -> np.float32:
+        """The mean of a field on the free cells under a load, else 0."""
+        return np.float32(inner(field, self._inside) / self._count if self._under_load else 0.0)
+
+    def _preconditioned(self, residual: Single) -> tuple[Single, float]:
         """The pressure for a residual gap, zero on all other cells, and their inner product."""
         result, energy = np.empty(0, np.float32), 0.0
         for cells, share, invert in self._parts:
@@ -439,6 +439,7 @@ class FreeCells:
                 result = pressure
             else:
                 result[cells] += pressure
+        result -= self._mean(result) * self._inside
         return result, energy
 
     def solve(
@@ -446,11 +447,11 @@ class FreeCells:
     ) -> tuple[Single, Single, float, int]:
         """Preconditioned conjugate gradients, which may stop early: each step lowers the energy.
 
-        It returns s, its displacement K s, the sum of s, which vanishes under a given load up to
-        rounding, and the number of steps, of one convolution each.
+        It returns s, its displacement K s, the mean of s on the free cells, which vanishes under a
+        given load up to rounding, and the number of steps, of one convolution each.
 
-        Directions of zero sum keep the load: with z₁ = M 1, the residual loses the uniform part
-        ∑ z₁r / ∑ z₁ before M is applied, and α is the sum of such parts.
+        Directions of zero sum keep the load: the residual loses its mean on the free cells before M
+        is applied, the result loses its own, and α is the sum of the means of the residuals.
 
         Parameters
         ----------
@@ -467,11 +468,11 @@ class FreeCells:
         left, pressure, scratch = start.copy(), np.zeros_like(start), np.empty_like(start)
         direction: Single | None = None
         alpha = target = energy = 0.0
-        iterations, uniform = 0, inner(self.uniform, left)
+        iterations = 0
         while True:
-            shift = uniform / self.uniform_sum
-            alpha += shift
-            left -= np.float32(shift)
+            shift = self._mean(left)
+            alpha += float(shift)
+            left -= shift
             np.multiply(left, self._inside, out=scratch)
             spread = sqrt(inner(scratch, scratch) / self._count)
             if iterations == 0:
@@ -479,7 +480,7 @@ class FreeCells:
             elif spread <= target or iterations == _LARGEST_ITERATIONS:
                 break
             previous = energy
-            preconditioned, energy = self.apply_preconditioner(left)
+            preconditioned, energy = self._preconditioned(left)
             if not energy > 0:
                 break
             if direction is None:
@@ -494,10 +495,9 @@ class FreeCells:
             length = np.float32(energy / inner(direction, force))
             pressure += np.multiply(direction, length, out=scratch)
             left -= np.multiply(force, length, out=force)
-            uniform = inner(left, self.uniform)
         # On other cells the remainder is the displacement of the surface.
         np.subtract(start, left, out=left)
         left -= np.float32(alpha)
         if tangent is not None:
             left -= np.multiply(tangent, pressure, out=scratch)
-        return pressure, left, float(pressure.sum(dtype=np.float64)), iterations
+        return pressure, left, float(pressure.sum(dtype=float) / self._count), iterations
