@@ -1,4 +1,4 @@
-"""Files of cases and of merged studies: netCDF-4, written by xarray.
+"""Files of cases and of merged studies: netCDF-4, as xarray writes them.
 
 Readers ask only for the variables that they use. So files of earlier versions, which lack some, and
 of later versions, which have more, open as well.
