@@ -266,9 +266,7 @@ class Table:
         those on their left if the last column is one of them and the first one is not.
         """
         time = self.times[number] if self.times else None
-        bare = replace(self, names=tuple(re.sub(r"\d+", " ", name) for name in self.names))
-        found = [n for n, (misfits, _) in bare.ranked(TIME).items() if not misfits]
-        found = [n for n in found if rise(self.values[:, n])]
+        found = [n for n in self._columns_of_time() if rise(self.values[:, n])]
         own = [n for n in found if n <= number][-1:]
         if found and found[0] > 0 and found[-1] == len(self.names) - 1:
             own = [n for n in found if n >= number][:1]
@@ -276,6 +274,10 @@ class Table:
             unit = f"1 {self.units[own[0]] or 's'}"
             time = parse_quantity(unit, SECONDS, units_required=True) * self.values[:, own[0]]
         return None if time is None else until_last(time, self.values[:, number])
+
+    def _columns_of_time(self) -> list[int]:
+        bare = replace(self, names=tuple(re.sub(r"\d+", " ", name) for name in self.names))
+        return [n for n, (misfits, _) in bare.ranked(TIME).items() if not misfits]
 
     def aligned(self, chosen: Sequence[int]) -> Table:
         """The table with some columns at the same times; itself if that holds, or they have none.
@@ -289,9 +291,9 @@ class Table:
         remedy = "if each row is one moment, save it as text with one column of time"
         counts = {n: count_readings(self.values[:, n]) for n in chosen}
         is_even = min(counts.values()) >= _FULL * max(counts.values())
-        if len(times) < len(chosen) and self.times:
+        if len(times) < len(chosen) and (self.times or len(self._columns_of_time()) > 1):
             rule = listed(f"{count} readings of {self.label(n)}" for n, count in counts.items())
-            ensure(is_even, f"has {rule}, but no times of both", remedy)
+            ensure(is_even, f"has {rule}, but no rising times of both", remedy)
         if len(times) < len(chosen) or all(are_same(first, time) for time in others):
             return self
         columns = {n: unmarked(self.numbers(n)) for n in chosen}

@@ -144,6 +144,14 @@ def test_channels_whose_times_are_not_told_need_as_many_readings(tmp_path):
         split_recording(tmp_path / "run.tdms", LOAD)
 
 
+def test_columns_whose_times_are_told_twice_need_as_many_readings(tmp_path):
+    """A clock of few digits tells some times twice, so rows of another rate are no moments."""
+    file = write(tmp_path, "csv", channel("x"), channel("force", step=2 * STEP))
+    file.write_text(file.read_text().replace("\n0.0075,", "\n0.005,"))
+    with pytest.raises(QuantityError, match=r"4000 .* 2000 .*no rising times.*one column of time"):
+        split_recording(file, LOAD)
+
+
 def test_a_force_that_is_read_too_seldom_for_the_cycles_is_refused(tmp_path):
     """Read every 0.9 s, a motion of 1 Hz looks like one of 0.11 Hz with ten readings."""
     file = write(tmp_path, "tdms", channel("x"), channel("force", step=0.9))
