@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -75,11 +76,18 @@ def times_of_waveforms(waveforms: Sequence[Mapping[str, Any]], size: int) -> lis
     known = [s for s in stamps if isinstance(s, np.datetime64) and s > _FIRST_STAMP]
     steps, shared, times = np.arange(size, dtype=float), dict[tuple[float, float], Array](), []
     for one, stamp in zip(waveforms, stamps, strict=True):
-        step, start = (float(one.get(f"wf_{name}", 0.0)) for name in ("increment", "start_offset"))
+        step, start = (_number(one.get(f"wf_{name}")) for name in ("increment", "start_offset"))
         delay = float((stamp - min(known)) / np.timedelta64(1, "s")) if stamp in known else 0.0
         key = delay + start, step
         times.append(shared.setdefault(key, key[0] + step * steps) if step else None)
     return times
+
+
+def _number(value: Any) -> float:
+    """The number in a property, zero without one."""
+    with suppress(TypeError, ValueError):
+        return float(np.nan_to_num(float(value)))
+    return 0.0
 
 
 def times_of_segments(content: Mapping[Any, Any], count: int) -> list[Array | None]:

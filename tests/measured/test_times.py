@@ -144,6 +144,14 @@ def test_channels_whose_times_are_not_told_need_as_many_readings(tmp_path):
         split_recording(tmp_path / "run.tdms", LOAD)
 
 
+@pytest.mark.parametrize("step", ["", "unknown"])
+def test_an_increment_that_is_no_number_is_none(tmp_path, step):
+    file = write(tmp_path, "tdms", channel("x"), channel("force"))
+    plain = split_recording(file, LOAD).table
+    write_tdms(file, [(*c[:3], step, c[4]) for c in (channel("x"), channel("force"))])
+    assert split_recording(file, LOAD).table.equals(plain)
+
+
 def test_columns_whose_times_are_told_twice_need_as_many_readings(tmp_path):
     """A clock of few digits tells some times twice, so rows of another rate are no moments."""
     file = write(tmp_path, "csv", channel("x"), channel("force", step=2 * STEP))
