@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -147,9 +148,13 @@ def study_curves(dataset: xr.Dataset, name: str) -> list[Curve]:
     # An area does not step: a spot has none when it joins.
     spots = none if extent == "area" else dataset.get(f"{zone}_spots", none)
     energy = dataset.get("dissipated_energy", none) if name in _VOLUMES else none
-    arrays = xr.broadcast(dataset["cycle"], dataset[name], always, spots, energy)
+    # Coordinates, of which there are dozens, would have to be merged.
+    parts = dataset["cycle"], dataset[name], always, spots, energy
+    variables: list[Any] = [part.variable for part in parts]
+    sizes = {dim: dataset.sizes[dim] for dim in dims}
+    sizes |= {str(dim): size for each in variables for dim, size in each.sizes.items()}
     cycles, values, there, moved, energies = (
-        array.transpose(*dims, ...).values.astype(np.float64) for array in arrays
+        each.set_dims(sizes).values.astype(np.float64) for each in variables
     )
     curves = []
     for place in np.ndindex(values.shape[:-1]):
