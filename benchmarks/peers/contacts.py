@@ -268,7 +268,7 @@ def compare(
 
         tamaas.initialize(1)
 
-    def contact(cells: int, *, quarter: bool) -> tuple[ContactProblem, dict[str, Array]]:
+    def contact(cells: int, *, quarter: bool = False) -> tuple[ContactProblem, dict[str, Array]]:
         first = cold(kind, cells, quarter=quarter)
         return warm(first) if worn else (first, {})
 
