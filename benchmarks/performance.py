@@ -80,7 +80,7 @@ def measure_cases() -> Data:
 def cases_text(data: Data) -> str:
     """A table."""
     rows = [
-        [name, f"{run['cycles']}", f"{run['seconds']:.2g}", f"{run['memory']:.0f}",
+        [name, f"{run['cycles']}", f"{float(format(run['seconds'], '.2g')):g}", f"{run['memory']:.0f}",
          f"{100 * run['error']:.1f} %"]
         for name, run in data.items()
     ]  # fmt: skip
