@@ -14,6 +14,7 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import chain, product, repeat
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -265,8 +266,7 @@ class Table:
         Several columns of time belong to the columns on their right, up to the next one, or to
         those on their left if the last column is one of them and the first one is not.
         """
-        time = self.times[number] if self.times else None
-        found = [n for n in self._columns_of_time() if rise(self.values[:, n])]
+        time, found = self.times[number] if self.times else None, self._clocks
         own = [n for n in found if n <= number][-1:]
         if found and found[0] > 0 and found[-1] == len(self.names) - 1:
             own = [n for n in found if n >= number][:1]
@@ -275,6 +275,11 @@ class Table:
             time = parse_quantity(unit, SECONDS, units_required=True) * self.values[:, own[0]]
         return None if time is None else until_last(time, self.values[:, number])
 
+    @cached_property
+    def _clocks(self) -> list[int]:
+        return [n for n in self._columns_of_time if rise(self.values[:, n])]
+
+    @cached_property
     def _columns_of_time(self) -> list[int]:
         bare = replace(self, names=tuple(re.sub(r"\d+", " ", name) for name in self.names))
         return [n for n, (misfits, _) in bare.ranked(TIME).items() if not misfits]
@@ -291,7 +296,7 @@ class Table:
         remedy = "if each row is one moment, save it as text with one column of time"
         counts = {n: count_readings(self.values[:, n]) for n in chosen}
         is_even = min(counts.values()) >= _FULL * max(counts.values())
-        if len(times) < len(chosen) and (self.times or len(self._columns_of_time()) > 1):
+        if len(times) < len(chosen) and (self.times or len(self._columns_of_time) > 1):
             rule = listed(f"{count} readings of {self.label(n)}" for n, count in counts.items())
             ensure(is_even, f"has {rule}, but no rising times of both", remedy)
         if len(times) < len(chosen) or all(are_same(first, time) for time in others):
