@@ -311,8 +311,8 @@ def first_loading(
             start = geometry.resized(contact.pressure, larger)
             geometry, limit, reduced = larger, None, None
             continue
-        start, last, tolerance = contact.pressure, tolerance, accuracy.contact
-        if last > tolerance and contact.residual > tolerance:
+        start, tolerance = contact.pressure, accuracy.contact
+        if contact.residual > tolerance:
             continue
         plastic = plastic + contact.penetration
         load = now.load_of(geometry, contact)
